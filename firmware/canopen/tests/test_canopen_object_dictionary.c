@@ -282,6 +282,137 @@ static void test_check_finds_the_overlap_in_each_row(void) {
   }
 }
 
+static od_table_fault fault_of_number(od_type type, uint16_t bytes, int64_t low, int64_t high, int64_t preset) {
+  od_entry entry = GOOD(0x2000, 0);
+  entry.type = (uint8_t)type;
+  entry.bytes = bytes;
+  entry.low.i = low;
+  entry.high.i = high;
+  entry.preset.i = preset;
+  return fault_of(&entry, 1);
+}
+
+/* The smallest and largest value of each type as CiA 301 defines it. */
+static void test_check_knows_the_size_and_the_range_of_each_integer(void) {
+  static const struct {
+    od_type type;
+    uint16_t bytes;
+    int64_t low, high;
+  } rows[] = {
+      {OD_BOOLEAN, 1, 0, 1},
+      {OD_INTEGER8, 1, -128, 127},
+      {OD_INTEGER16, 2, -32768, 32767},
+      {OD_INTEGER32, 4, -INT64_C(2147483648), INT64_C(2147483647)},
+      {OD_UNSIGNED8, 1, 0, 255},
+      {OD_UNSIGNED16, 2, 0, 65535},
+      {OD_UNSIGNED32, 4, 0, INT64_C(4294967295)},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    const od_type type = rows[i].type;
+    const uint16_t bytes = rows[i].bytes;
+    const int64_t low = rows[i].low, high = rows[i].high;
+    TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(type, bytes, low, high, low));
+    TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(type, bytes, low, high, high));
+    TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(type, bytes, high, high, high));
+    TEST_ASSERT_EQUAL(OD_TABLE_BAD_LIMITS, fault_of_number(type, bytes, low - 1, high, high));
+    TEST_ASSERT_EQUAL(OD_TABLE_BAD_LIMITS, fault_of_number(type, bytes, low, high + 1, high));
+    TEST_ASSERT_EQUAL(OD_TABLE_BAD_LIMITS, fault_of_number(type, bytes, high, low, high));
+    TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of_number(type, bytes, low + 1, high, low));
+    TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of_number(type, bytes, low, high - 1, high));
+    TEST_ASSERT_EQUAL(OD_TABLE_BAD_TYPE, fault_of_number(type, (uint16_t)(bytes + 1), low, high, low));
+  }
+  TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(OD_UNSIGNED64, 8, 0, -1, -1)); /* -1: all bits */
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_LIMITS, fault_of_number(OD_UNSIGNED64, 8, -1, 0, 0));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of_number(OD_UNSIGNED64, 8, 2, 9, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of_number(OD_UNSIGNED64, 8, 2, 9, 10));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_TYPE, fault_of_number(OD_UNSIGNED64, 4, 0, 9, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_TYPE, fault_of_number((od_type)0x7F, 4, 0, 9, 1));
+}
+
+static void test_check_knows_the_range_of_a_real_and_the_room_of_a_text(void) {
+  static const struct {
+    float low, high, preset;
+    od_table_fault fault;
+  } reals[] = {{-1.0f, 2.0f, -1.0f, OD_TABLE_GOOD},
+               {-1.0f, 2.0f, 2.0f, OD_TABLE_GOOD},
+               {2.0f, 2.0f, 2.0f, OD_TABLE_GOOD},
+               {-1.0f, 2.0f, -1.1f, OD_TABLE_BAD_DEFAULT},
+               {-1.0f, 2.0f, 2.1f, OD_TABLE_BAD_DEFAULT},
+               {2.0f, -1.0f, 0.0f, OD_TABLE_BAD_LIMITS},
+               {-1.0f, INFINITY, 0.0f, OD_TABLE_BAD_LIMITS},
+               {-INFINITY, 2.0f, 0.0f, OD_TABLE_BAD_LIMITS},
+               {-1.0f, NAN, 0.0f, OD_TABLE_BAD_LIMITS}};
+  for (size_t i = 0; i < sizeof reals / sizeof reals[0]; i++) {
+    const od_entry row =
+        OD_F32(0x2000, 0, OD_RW, 0, little, f, reals[i].low, reals[i].high, reals[i].preset, "", "n", "h");
+    TEST_ASSERT_EQUAL(reals[i].fault, fault_of(&row, 1));
+  }
+  static const char *const texts[] = {NULL, "", "abcd", "abcde"};
+  for (size_t i = 0; i < 4; i++) {
+    od_entry row = GOOD(0x2000, 0);
+    row.type = OD_VISIBLE_STRING;
+    row.bytes = 4;
+    row.preset.text = texts[i];
+    TEST_ASSERT_EQUAL(i < 3 ? OD_TABLE_GOOD : OD_TABLE_BAD_DEFAULT, fault_of(&row, 1));
+  }
+}
+
+static void test_check_knows_what_may_be_mapped_and_stored(void) {
+  static const struct {
+    od_type type;
+    uint16_t bytes;
+    od_access access;
+    uint32_t flags;
+    od_table_fault fault;
+  } rows[] = {
+      {OD_UNSIGNED8, 1, OD_RW, OD_RPDO | OD_TPDO | OD_EVENT, OD_TABLE_GOOD},
+      {OD_UNSIGNED8, 1, OD_RO, OD_TPDO, OD_TABLE_GOOD},
+      {OD_UNSIGNED8, 1, OD_RO, OD_RPDO, OD_TABLE_BAD_MAPPING},
+      {OD_UNSIGNED8, 1, OD_WO, OD_RPDO, OD_TABLE_GOOD},
+      {OD_UNSIGNED8, 1, OD_WO, OD_TPDO, OD_TABLE_BAD_MAPPING},
+      {OD_UNSIGNED8, 1, OD_RW, OD_EVENT, OD_TABLE_BAD_MAPPING},
+      {OD_UNSIGNED8, 1, OD_RW, OD_RPDO | OD_GUARDED, OD_TABLE_BAD_MAPPING},
+      {OD_UNSIGNED8, 1, OD_RW, OD_TPDO | OD_GUARDED, OD_TABLE_GOOD},
+      {OD_BOOLEAN, 1, OD_RW, OD_TPDO, OD_TABLE_BAD_MAPPING},
+      {OD_VISIBLE_STRING, 4, OD_RW, OD_TPDO, OD_TABLE_BAD_MAPPING},
+      {OD_DOMAIN, 0, OD_RW, OD_TPDO, OD_TABLE_BAD_MAPPING},
+      {OD_DOMAIN, 4, OD_RW, 0, OD_TABLE_BAD_TYPE},
+      {OD_UNSIGNED8, 1, OD_RW, OD_STORED, OD_TABLE_GOOD},
+      {OD_UNSIGNED8, 1, OD_RO, OD_STORED, OD_TABLE_NOT_STORABLE},
+      {OD_UNSIGNED8, 1, OD_WO, OD_STORED, OD_TABLE_NOT_STORABLE},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    od_entry row = GOOD(0x2000, 0);
+    row.type = (uint8_t)rows[i].type;
+    row.bytes = rows[i].bytes;
+    row.access = (uint8_t)rows[i].access;
+    row.flags = (uint8_t)rows[i].flags;
+    row.high.i = row.preset.i = 1;
+    if (row.type == OD_VISIBLE_STRING) {
+      row.preset.text = "";
+    }
+    TEST_ASSERT_EQUAL(rows[i].fault, fault_of(&row, 1));
+  }
+  od_entry without_value = GOOD(0x2000, 0);
+  without_value.flags = OD_STORED;
+  without_value.offset = OD_NO_VALUE;
+  TEST_ASSERT_EQUAL(OD_TABLE_NOT_STORABLE, fault_of(&without_value, 1));
+}
+
+static void test_check_misses_each_text_and_names_the_row(void) {
+  for (int missing = 0; missing < 3; missing++) {
+    od_entry rows[] = {OD_RECORD_HEAD(0x2000, 2, "r", ""), GOOD(0x2000, 1), GOOD(0x2000, 2)};
+    rows[2].name = missing == 0 ? NULL : rows[2].name;
+    rows[2].unit = missing == 1 ? NULL : rows[2].unit;
+    rows[2].help = missing == 2 ? NULL : rows[2].help;
+    const od_table table = {rows, 3};
+    const od_table_verdict verdict = od_check_table(&table);
+    TEST_ASSERT_EQUAL(OD_TABLE_NO_TEXT, verdict.fault);
+    TEST_ASSERT_EQUAL_HEX16(0x2000, verdict.index);
+    TEST_ASSERT_EQUAL(2, verdict.sub);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_table_that_ships_is_sorted_and_consistent);
@@ -300,5 +431,9 @@ int main(void) {
   RUN_TEST(test_check_names_what_is_wrong_with_a_table);
   RUN_TEST(test_check_finds_an_object_that_two_parts_have);
   RUN_TEST(test_check_finds_the_overlap_in_each_row);
+  RUN_TEST(test_check_knows_the_size_and_the_range_of_each_integer);
+  RUN_TEST(test_check_knows_the_range_of_a_real_and_the_room_of_a_text);
+  RUN_TEST(test_check_knows_what_may_be_mapped_and_stored);
+  RUN_TEST(test_check_misses_each_text_and_names_the_row);
   return UNITY_END();
 }
