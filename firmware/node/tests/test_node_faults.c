@@ -675,15 +675,32 @@ static void test_a_bit_of_the_scales_stops_both_axes(void) {
   TEST_ASSERT_EQUAL(FAULT_ACTIVE_SET, node.axis[1].drive.fault);
 }
 
+static void test_a_bit_of_a_set_stops_the_axis_whose_set_it_is(void) {
+  void *const sets[] = {&node.board.app.params.axis[1], &node.axis[1].tuning.active, &node.axis[1].monitor.limits};
+  for (uint32_t i = 0; i < 3; ++i) {
+    node_bench_start();
+    flip(sets[i], 7);
+    TEST_ASSERT_TRUE(found_after(1) > 0);
+    TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+  }
+}
+
+/* Both axes are written in the same ms, and once more. */
 static void test_gains_limits_and_scales_that_are_written_are_no_fault(void) {
-  SET(ACCESS, WORD, OPEN);
-  SET_FLOAT(BOARD, 1, 20.0f);
-  SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
-  SET_FLOAT(0x2000, 1, 600.0f);
-  SET(0x2070, 1, 1);
-  SET(0x2070, 1, 3);
-  wait_ms(50);
-  TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+  for (int round = 0; round < 2; ++round) {
+    const float share = round == 0 ? 1.0f : 0.9f;
+    SET(ACCESS, WORD, OPEN);
+    SET_FLOAT(BOARD, 1, share * 20.0f);
+    for (uint16_t shift = 0; shift <= 0x800; shift += 0x800) {
+      SET_FLOAT(PROTECTION + shift, OVERSPEED, share * 2.0f);
+      SET_FLOAT(0x2000 + shift, 1, share * 600.0f);
+      SET(0x2070 + shift, 1, 1);
+      SET(0x2070 + shift, 1, 3);
+    }
+    wait_ms(GUARDED_SETS_CYCLE_MS + 50);
+    TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+    TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[1].drive.fault);
+  }
 }
 
 int main(void) {
@@ -721,6 +738,7 @@ int main(void) {
   RUN_TEST(test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares);
   RUN_TEST(test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_loaded_again);
   RUN_TEST(test_a_bit_of_the_scales_stops_both_axes);
+  RUN_TEST(test_a_bit_of_a_set_stops_the_axis_whose_set_it_is);
   RUN_TEST(test_gains_limits_and_scales_that_are_written_are_no_fault);
   return UNITY_END();
 }
