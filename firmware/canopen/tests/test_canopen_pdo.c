@@ -721,6 +721,29 @@ static void test_each_silence_of_an_rpdo_is_reported_once(void) {
   }
 }
 
+/* Into a map that held another mapping. */
+static void test_a_mapping_that_is_refused_leaves_none(void) {
+  static const struct {
+    pdo_mapping mapping;
+    od_abort answer;
+  } rows[] = {
+      {{.count = 2, .entry = {0x60400010, 0x2F000508}}, OD_OK},
+      {{.count = 2, .entry = {0x60400010, 0x2FFF0008}}, OD_NO_OBJECT},
+      {{.count = 2, .entry = {0x60400010, 0x2F006308}}, OD_NO_SUB},
+      {{.count = 2, .entry = {0x60400010, 0x60410010}}, OD_NOT_MAPPABLE},     /* TPDO only */
+      {{.count = 2, .entry = {0x60400010, 0x2F000840}}, OD_MAPPING_TOO_LONG}, /* 10 bytes */
+      {{.count = 9, .entry = {0x60400010}}, OD_MAPPING_TOO_LONG},
+  };
+  const object_dictionary *dictionary = &DEVICE->node.dictionary;
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    pdo_map map;
+    TEST_ASSERT_EQUAL(OD_OK, pdo_resolve(dictionary, PDO_RECEIVE, &rows[0].mapping, &map));
+    TEST_ASSERT_EQUAL_HEX32(rows[i].answer, pdo_resolve(dictionary, PDO_RECEIVE, &rows[i].mapping, &map));
+    TEST_ASSERT_EQUAL(rows[i].answer == OD_OK ? 2 : 0, map.count);
+    TEST_ASSERT_EQUAL(rows[i].answer == OD_OK ? 3 : 0, map.length);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_rpdo_acts_at_once_and_only_when_operational);
@@ -767,5 +790,6 @@ int main(void) {
   RUN_TEST(test_the_inhibit_time_of_a_tpdo_is_never_shorter_than_set);
   RUN_TEST(test_the_event_timer_counts_from_the_last_frame);
   RUN_TEST(test_each_silence_of_an_rpdo_is_reported_once);
+  RUN_TEST(test_a_mapping_that_is_refused_leaves_none);
   return UNITY_END();
 }
