@@ -16,13 +16,15 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from servoctl import schema
 from servoctl.cli import main
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -34,34 +36,29 @@ EMULATE_BOARD = os.environ.get("EMULATE_BOARD", str(BUILD / "bin" / "emulate_boa
 IMAGE = os.environ.get("TARGET_IMAGE", str(ROOT / "build" / "stm32g474" / "bin" / "trackservo.bin"))
 SERVERS = {"sim": [SIM_HOST, "serve"], "image": [EMULATE_BOARD, IMAGE]}
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
-FAST = {"sim": "8", "image": "3"}
+FAST = {"sim": "8", "image": "3"}[DEVICE] if DEVICE in SERVERS else ""
 """Times real time, for tests that need no set-points from the computer; the pace that one core can emulate."""
-SIMULATOR_ONLY = {
-    "test_tune_and_bode_refuse_a_simulator_that_is_faster_than_real_time": (
-        "how fast the board is emulated is up to the computer; the rule itself is tried by"
-        " test_set_points_are_refused_to_a_node_that_stays_faster_than_real_time"
-    ),
-    "test_the_fly_by_is_held_by_the_true_error_of_the_simulator": (
-        "only sim_host serve has a moving target; the image follows the frames of the tests' own camera"
-    ),
-    "test_the_demonstration_moves_an_axis_in_one_command": "the demonstration starts a simulator of its own, never a board",
-    "test_the_stream_for_minutes_judges_what_it_has_measured": "it streams from the demonstration's simulator",
-    "test_a_slow_bus_has_all_signals_less_often_and_the_page_says_so": (
-        "an image without a stored bit rate starts at 1 Mbit/s; test_a_slow_bus_carries_fewer_samples_and_says_so tries the rule"
-    ),
-}
-"""Tests that do not run on the image, with the reason; docs/emulator.md lists them too."""
 PARAMETERS = Path(os.environ.get("PARAMETERS_JSON", str(BUILD / "share" / "trackservo" / "parameters.json")))
 TEST_NODE = os.environ.get("CANOPEN_TEST_NODE", str(BUILD / "bin" / "canopen_test_node"))
 PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_test_eds"))
 
 
-def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
-    """On the image: all tests but those listed."""
-    for item in items:
-        reason = SIMULATOR_ONLY.get(item.originalname)
-        if DEVICE == "image" and reason:
-            item.add_marker(pytest.mark.skip(reason=reason))
+def pytest_configure(config: pytest.Config) -> None:
+    """The marks of these tests."""
+    config.addinivalue_line("markers", "real_time: the servo runs in real time, because the computer sends it set-points or frames")
+    config.addinivalue_line("markers", "smoke: of the few tests that see the most, for the gate")
+    config.addinivalue_line("markers", "image: of the smoke tests, those that the gate runs at the image as well")
+    if DEVICE not in SERVERS:
+        pytest.exit(f"SERVOCTL_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.", returncode=4)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Function]) -> None:
+    """At the image: the tests that start it. All others see the same without it."""
+    if DEVICE != "image":
+        return
+    chosen = [item for item in items if "serving" in item.fixturenames]
+    config.hook.pytest_deselected(items=[item for item in items if item not in chosen])
+    items[:] = chosen
 
 
 @dataclass(frozen=True)
@@ -103,14 +100,18 @@ class Bench:
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         )  # fmt: skip
 
-    def __call__(self, *arguments: str, timeout: float = 120) -> Result:
-        process = self.start(*arguments)
-        out, err = process.communicate(timeout=timeout)
-        assert "Traceback" not in err, err
-        return Result(process.returncode, out, err)
+    def __call__(self, *arguments: str) -> Result:
+        """In this process, which saves starting a new one, unless another copy of servoctl is meant."""
+        if self.environment["PYTHONPATH"] != str(PACKAGE):
+            process = self.start(*arguments)
+            out, err = process.communicate(timeout=120)
+            result = Result(process.returncode, out, err)
+        else:
+            result = self._here(*arguments)
+        assert "Traceback" not in result.err and "internal error" not in result.err, result.err
+        return result
 
-    def here(self, *arguments: str) -> Result:
-        """In this process, which saves starting a new one; in the same environment."""
+    def _here(self, *arguments: str) -> Result:
         out, err = io.StringIO(), io.StringIO()
         heard = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
         with (
@@ -131,8 +132,7 @@ class Bench:
         return Result(code, out.getvalue(), err.getvalue())
 
     def json(self, *arguments: str) -> Any:
-        ours = self.environment["PYTHONPATH"] == str(PACKAGE)
-        result = (self.here if ours else self)(*arguments, "--json")
+        result = self(*arguments, "--json")
         assert result.code == 0, result.err
         return result.data
 
@@ -140,31 +140,84 @@ class Bench:
         return self.json("get", name)[0]["value"]
 
 
+class Served:
+    """A running servo. While it is paused, its time stands still and the computer is free for others."""
+
+    def __init__(self, address: str, process: subprocess.Popen[str]) -> None:
+        self.address = address
+        self.process = process
+        self._users = 1
+
+    @contextlib.contextmanager
+    def resumed(self) -> Iterator[str]:
+        """Within a `with` block it runs; its address."""
+        self._use(1)
+        try:
+            yield self.address
+        finally:
+            self._use(-1)
+
+    def pause(self) -> None:
+        """As far as nobody else uses it."""
+        self._use(-1)
+
+    def _use(self, change: int) -> None:
+        self._users += change
+        self.process.send_signal(signal.SIGCONT if self._users else signal.SIGSTOP)
+
+
 @contextlib.contextmanager
-def serving(speed: str = "1", *options: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """A running servo, `speed` times real time: its address, its process."""
-    if DEVICE not in SERVERS:
-        pytest.exit(f"SERVOCTL_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.", returncode=4)
-    process = subprocess.Popen(
-        [*SERVERS[DEVICE], "--until-stdin-ends", "--bus", "slcan-tcp:0", "--speed", speed, *options],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+def serve(speed: str = "1", *options: str, server: Sequence[str] = ()) -> Iterator[Served]:
+    """A running servo, `speed` times real time."""
+    command = [*(server or SERVERS[DEVICE]), "--until-stdin-ends", "--bus", "slcan-tcp:0", "--speed", speed, *options]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None and process.stdin is not None
     address, reported = (process.stdout.readline().strip() for _ in range(2))
     if reported.startswith("target: "):
         reported = process.stdout.readline().strip()
-    assert reported == "ready", f"{SERVERS[DEVICE]} says: {address} {reported}"
-    yield address, process
+    assert reported == "ready", f"{command} says: {address} {reported}"
+    yield Served(address, process)
+    process.send_signal(signal.SIGCONT)
     process.stdin.close()
     process.wait(timeout=10)
 
 
+Serving = Callable[..., contextlib.AbstractContextManager[Served]]
+
+
 @pytest.fixture(scope="session")
-def served() -> Iterator[str]:
-    """The address of a servo in real time."""
-    with serving() as (address, process):
+def serving() -> Serving:
+    """Starts servos. Every test that is about the device has this fixture, and runs at the simulator and at the image."""
+    return serve
+
+
+def shared(speed: str) -> Iterator[Served]:
+    """Paused while no test uses it."""
+    with serve(speed) as served:
+        served.pause()
+        yield served
+    assert served.process.returncode == 0  # otherwise the image has violated the chip's rules
+
+
+@pytest.fixture(scope="session")
+def served_fast(serving: Serving) -> Iterator[Served]:
+    """A servo that is FAST."""
+    yield from shared(FAST)
+
+
+@pytest.fixture(scope="session")
+def served_in_real_time(serving: Serving) -> Iterator[Served]:
+    """Another one."""
+    yield from shared("1")
+
+
+@pytest.fixture
+def served(request: pytest.FixtureRequest, serving: Serving) -> Iterator[str]:
+    """The address of a servo, which is FAST unless the test is marked real_time."""
+    name = "served_in_real_time" if request.node.get_closest_marker("real_time") else "served_fast"
+    chosen: Served = request.getfixturevalue(name)
+    with chosen.resumed() as address:
         yield address
-    assert process.returncode == 0  # otherwise the image has violated the chip's rules
 
 
 @pytest.fixture(scope="session")
@@ -189,12 +242,27 @@ def servo(served: str, tmp_path: Path) -> Bench:
 def bring_to_rest(bench: Bench) -> None:
     """Both axes disabled and without fault, nothing staged."""
     for axis in ("azimuth", "pitch"):
-        bench.here("undo", "--staged", "--axis", axis)
-        state = bench.json("state", axis)["axes"][0]["state"]
+        bench("undo", "--staged", "--axis", axis)
+    for axis, state in ((each["axis"], each["state"]) for each in bench.json("state")["axes"]):
         if state in ("fault", "fault reaction active"):
-            bench.here("state", axis, "reset")
+            bench("state", axis, "reset")
         elif state != "switch on disabled":
-            bench.here("state", axis, "disable")
+            bench("state", axis, "disable")
+
+
+@pytest.fixture
+def elsewhere(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    """servoctl away from any build, released for firmware of another schema hash, with nothing that names a table."""
+    shutil.rmtree(servo.folder / "cache", ignore_errors=True)
+    folder = Path(shutil.copytree(schema.CARRIED.parent, servo.folder / "descriptions"))
+    carried = folder / "parameters.json"
+    content = json.loads(carried.read_text())
+    content["schema_hash"] ^= 2
+    carried.write_text(json.dumps(content))
+    monkeypatch.setattr(schema, "CARRIED", carried)
+    monkeypatch.setattr(schema, "starts", lambda: (servo.folder, folder))
+    del servo.environment["SERVOCTL_PARAMETERS"]
+    return servo
 
 
 @pytest.fixture
@@ -211,15 +279,17 @@ def test_node(tmp_path: Path) -> Iterator[Bench]:
     process.wait(timeout=10)
 
 
+Eventually = Callable[[Callable[[], bool], float], None]
+
+
 @pytest.fixture
-def eventually() -> Callable[[Callable[[], bool], float], None]:
+def eventually() -> Eventually:
     """Waits until something holds."""
-    import time
 
     def wait(condition: Callable[[], bool], seconds: float) -> None:
         end = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < end, f"not within {seconds} s"
-            time.sleep(0.1)
+            time.sleep(0.02)
 
     return wait

@@ -1,7 +1,7 @@
 """What the tests of the page share: its server, the browser, a listener on the bus, and waits for conditions.
 
-The server and the folder of a module serve all of its tests that do not end them; the browser serves all modules. Waits poll every 20 ms: those
-of Playwright double their pause up to 1 s.
+The server, its folder and the browser serve all tests that do not end them. Waits poll every 20 ms: those of Playwright
+double their pause up to 1 s.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from playwright.sync_api import Browser, Locator, Page
 from servoctl.bus import open_bus, parse_bus
 from servoctl.parameter import AXES
 
-from .conftest import Bench, bring_to_rest
+from .conftest import Bench, Served, bring_to_rest
 
 PATIENCE_S = 30.0
 POLL_S = 0.02
@@ -64,10 +64,11 @@ class Listener:
         raise AssertionError(f"no quick stop on the bus after the event; seen: {self.stops}")
 
 
-@pytest.fixture(scope="module")
-def bench(served: str, tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    """One folder for the module: commands and the page's server take turns on the SDO channel by its locks."""
-    return Bench(served, tmp_path_factory.mktemp("page"))
+@pytest.fixture(scope="session")
+def bench(served_in_real_time: Served, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    """One folder for all: commands and the page's server take turns on the SDO channel by its locks."""
+    with served_in_real_time.resumed() as address:
+        yield Bench(address, tmp_path_factory.mktemp("page"))
 
 
 @pytest.fixture
@@ -78,9 +79,9 @@ def servo(bench: Bench) -> Bench:
 
 
 @pytest.fixture
-def listener(served: str) -> Iterator[Listener]:
+def listener(bench: Bench) -> Iterator[Listener]:
     """From the beginning of the test."""
-    found = Listener(open_bus(parse_bus(served)))
+    found = Listener(open_bus(parse_bus(bench.bus)))
     thread = threading.Thread(target=found.run)
     thread.start()
     yield found
@@ -123,9 +124,9 @@ def running(servo: Bench, *options: str) -> Iterator[Server]:
         assert "Traceback" not in error, error
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def server(bench: Bench) -> Iterator[Server]:
-    """For all tests of the module."""
+    """For all tests that do not end it."""
     bring_to_rest(bench)
     with running(bench) as started:
         yield started

@@ -30,14 +30,14 @@ def test_protection_limits_take_force_without_being_applied() -> None:
 @pytest.mark.parametrize("name", [LIMIT, MOTOR])
 def test_a_guarded_value_needs_unlock_and_is_locked_again(servo: Bench, name: str) -> None:
     before = servo.value(name)
-    refused = servo.here("set", f"{GAIN}=701", f"{name}={before * 0.9}")
+    refused = servo("set", f"{GAIN}=701", f"{name}={before * 0.9}")
     assert refused.code == 2 and refused.err.count("\n") == 1
     assert name in refused.err and "--unlock" in refused.err
     assert servo.value(name) == before and servo.value(GAIN) != 701
     servo.json("set", f"{name}={before * 0.9}", "--unlock")
     assert servo.value(name) == pytest.approx(before * 0.9, rel=1e-6)
     assert servo.value(SECONDS_LEFT) == 0
-    assert "--unlock" in servo.here("undo").err
+    assert "--unlock" in servo("undo").err
     servo.json("undo", "--unlock")
     assert servo.value(name) == before and servo.value(SECONDS_LEFT) == 0
 
@@ -53,14 +53,14 @@ def test_a_guarded_value_that_the_device_has_already_needs_no_unlock(servo: Benc
 def test_unstable_gains_count_with_the_override_only(servo: Bench) -> None:
     before = servo.value(LOW_PASS)
     for words in (("set", f"{LOW_PASS}=5"), ("set", "--apply")):
-        refused = servo.here(*words)
+        refused = servo(*words)
         assert refused.code == 4 and "unstable" in refused.err and "--override-gain-check" in refused.err, refused
         servo.json("set", f"{LOW_PASS}=5", "--stage")
     servo.json("set", "--apply", "--override-gain-check")
     assert servo.value(LOW_PASS) == 5 and not servo.json("info")["axes"][0]["staged"]
     servo.json("save", "shaking.toml")
     servo.json("set", f"{LOW_PASS}={before}")
-    assert "--override-gain-check" in servo.here("restore", "shaking.toml").err
+    assert "--override-gain-check" in servo("restore", "shaking.toml").err
     assert servo.value(LOW_PASS) == before
     servo.json("restore", "shaking.toml", "--override-gain-check")
     assert servo.value(LOW_PASS) == 5 and servo.value(SECONDS_LEFT) == 0
@@ -74,7 +74,7 @@ def test_unstable_gains_count_with_the_override_only(servo: Bench) -> None:
 def test_a_feedforward_beyond_the_plant_counts_with_the_override_only(servo: Bench) -> None:
     name = "azimuth.speed_loop.acceleration_feedforward_inertia"
     before = servo.value(name)
-    refused = servo.here("set", f"{name}=1000")
+    refused = servo("set", f"{name}=1000")
     text = " ".join(refused.err.split())
     assert refused.code == 4 and "2000:5" in text and "; give 0.0 .. 18.0, since 2056:1" in text, text
     assert "--override-gain-check" in text, text
@@ -92,7 +92,7 @@ def test_a_gains_file_is_restored_without_unlock_unless_guarded_values_differ(se
     servo.json("restore", "gains.toml")
     assert servo.value(GAIN) == gain
     servo.json("set", f"{GAIN}=702", f"{LIMIT}={limit * 0.9}", "--unlock")
-    refused = servo.here("restore", "gains.toml")
+    refused = servo("restore", "gains.toml")
     assert refused.code == 2 and LIMIT in refused.err and "--unlock" in refused.err
     assert servo.value(GAIN) == 702
     servo.json("restore", "gains.toml", "--unlock")
@@ -102,7 +102,7 @@ def test_a_gains_file_is_restored_without_unlock_unless_guarded_values_differ(se
 def test_a_refused_set_leaves_limits_as_they_were_and_the_lock_closed(servo: Bench) -> None:
     under = "azimuth.protection.under_voltage_limit"
     before, gain = servo.value(under), servo.value(GAIN)
-    refused = servo.here("set", f"{GAIN}=703", f"{LIMIT}=1.0", f"{under}=900", "--unlock")
+    refused = servo("set", f"{GAIN}=703", f"{LIMIT}=1.0", f"{under}=900", "--unlock")
     assert refused.code == 4
     assert servo.value(under) == before and servo.value(GAIN) == gain and servo.value(LIMIT) != 1.0
     assert "2060:15" in refused.err and "2060:16" in refused.err
@@ -141,16 +141,16 @@ def test_with_an_owners_word_guarded_values_need_it(owned: Bench) -> None:
     del owned.environment["SERVOCTL_WORD"]
     missing = owned("set", f"{LIMIT}={limit * 0.9}", "--unlock")
     assert missing.code == 2 and "--word" in missing.err and missing.err.count("\n") == 1
-    wrong = owned.here("set", f"{LIMIT}={limit * 0.9}", "--unlock", "--word", "open")
+    wrong = owned("set", f"{LIMIT}={limit * 0.9}", "--unlock", "--word", "open")
     assert wrong.code == 4 and "wrong access word" in wrong.err and wrong.err.count("\n") == 1
-    delayed = owned.here("lock", "open", "--word", WORD)
+    delayed = owned("lock", "open", "--word", WORD)
     assert delayed.code == 4 and "accepts no word for another" in delayed.err
     assert owned.value(LIMIT) == limit
 
 
 def test_nobody_reads_the_word_and_no_saved_file_has_it(owned: Bench) -> None:
     for sub in (1, 3, 4):
-        assert owned.here("get", f"0x3040:{sub}").code == 2
+        assert owned("get", f"0x3040:{sub}").code == 2
     owned.json("save", "gains.toml")
     text = (owned.folder / "gains.toml").read_text()
     assert WORD not in text and "access" not in text
@@ -162,7 +162,7 @@ def test_guarded_values_and_the_word_change_only_without_torque(servo: Bench) ->
     servo.json("state", "pitch", "enable")
     try:
         for words in (("set", f"{LIMIT}={limit * 0.9}", "--unlock"), ("lock", "set-word", "--new", WORD)):
-            refused = servo.here(*words)
+            refused = servo(*words)
             assert refused.code == 4 and "pitch has torque" in refused.err and refused.err.count("\n") == 1
         servo.json("set", f"{GAIN}=704", "--unlock")  # a gain needs no lock
         servo.json("undo")

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import csv
 import math
-import re
-import shutil
 import struct
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,7 +14,7 @@ from servoctl.errors import NotVerified
 from servoctl.fault_log import FaultLog, parse_entry, write_snapshots
 from servoctl.fault_table import NO_FAULTS, FaultTable, load_faults
 
-from .conftest import PACKAGE, PARAMETERS, Bench
+from .conftest import PARAMETERS, Bench, Eventually
 
 OVER_SPEED, STUCK_ENCODER, ERRATIC_ENCODER, WATCHDOG, FOLLOWING_ERROR = 18, 3, 48, 30, 23
 
@@ -69,14 +66,8 @@ def test_a_code_of_several_faults_is_distinguished_by_the_number_that_came_with_
     assert table.meaning(0x8899) == "monitoring error" and table.meaning(0) == "no error"
 
 
-def _wait(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + 30
-    while not condition():
-        assert time.monotonic() < end, "not within 30 s"
-
-
 @pytest.fixture
-def lagging(servo: Bench) -> Iterator[Bench]:
+def lagging(servo: Bench, eventually: Eventually) -> Iterator[Bench]:
     """The pitch axis in the fault following error, with an empty log before; the window is restored afterwards.
 
     The window (6065) is narrowed while the axis moves.
@@ -85,9 +76,9 @@ def lagging(servo: Bench) -> Iterator[Bench]:
     window, time_out = "pitch.following_error_window", "pitch.following_error_time_out"
     before = {name: servo.value(name) for name in (window, time_out)}
     move = servo.start("move", "pitch", "--by", "10", "--rate", "2", "--yes")
-    _wait(lambda: servo.json("state", "pitch")["axes"][0]["rate_deg_s"] > 1.5)
+    eventually(lambda: servo.json("state", "pitch")["axes"][0]["rate_deg_s"] > 1.5, 30)
     servo.json("set", f"{window}=1", f"{time_out}=0")
-    _wait(lambda: servo.json("state", "pitch")["axes"][0]["state"] == "fault")
+    eventually(lambda: servo.json("state", "pitch")["axes"][0]["state"] == "fault", 30)
     assert move.wait(timeout=60) == 6
     servo.json("set", *(f"{name}={value}" for name, value in before.items()))
     yield servo
@@ -136,28 +127,17 @@ def test_explain_reports_all_that_a_code_may_mean(servo: Bench) -> None:
         assert key in text
 
 
-@pytest.fixture
-def of_other_firmware(lagging: Bench) -> Bench:
-    """servoctl away from any build, released for firmware of another schema hash."""
-    shutil.rmtree(lagging.folder / "cache", ignore_errors=True)
-    shutil.copytree(PACKAGE / "servoctl", lagging.folder / "lib" / "servoctl")
-    carried = lagging.folder / "lib" / "servoctl" / "descriptions" / "parameters.json"
-    carried.write_text(re.sub(r'"schema_hash": *\d+', '"schema_hash": 1', carried.read_text()))
-    installed = Bench(lagging.bus, lagging.folder)
-    installed.environment["PYTHONPATH"] = str(lagging.folder / "lib")
-    del installed.environment["SERVOCTL_PARAMETERS"]
-    return installed
-
-
-def test_faults_of_other_firmware_are_named_by_the_table_that_servoctl_carries(of_other_firmware: Bench) -> None:
-    found = of_other_firmware.json("faults")
+def test_faults_of_other_firmware_are_named_by_the_table_that_servoctl_carries(lagging: Bench, elsewhere: Bench) -> None:
+    found = elsewhere.json("faults")
     assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8611, "following error")
-    assert of_other_firmware.json("info")["schema_fits"] is False
+    assert elsewhere.json("info")["schema_fits"] is False
 
 
-def test_without_faults_json_numbers_are_shown_and_one_that_was_used_is_remembered(of_other_firmware: Bench) -> None:
-    installed = of_other_firmware
-    (installed.folder / "lib" / "servoctl" / "descriptions" / "faults.json").unlink()
+def test_without_faults_json_numbers_are_shown_and_one_that_was_used_is_remembered(
+    lagging: Bench, elsewhere: Bench
+) -> None:
+    installed = elsewhere
+    (installed.folder / "descriptions" / "faults.json").unlink()
     found = installed.json("faults")
     assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8611, "monitoring error")
     assert found["log"]["entries"][0]["name"] == f"fault {FOLLOWING_ERROR}"

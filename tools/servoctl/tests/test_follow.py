@@ -7,7 +7,6 @@ import json
 import math
 import signal
 import statistics
-from collections.abc import Callable
 from datetime import datetime, timedelta, timezone, tzinfo
 from pathlib import Path
 
@@ -15,10 +14,9 @@ import pytest
 
 from servoctl.commands import follow
 
-from .conftest import DEVICE, Bench
+from .conftest import DEVICE, Bench, Eventually
 from .test_satellite import LINES
 
-Eventually = Callable[[Callable[[], bool], float], None]
 BORROWED = ("0x1403:1", "0x1603:0", "0x1603:1", "0x1802:1", "0x1A02:1", "0x1803:1", "0x60C2:1", "0x68C2:1", "0x6060", "0x6860")
 SITE = ("--site", "52.2", "21.0", "100", "--after", "2008-09-20T12:25:40", "--rehearse")
 
@@ -51,6 +49,7 @@ def angles(servo: Bench) -> list[float]:
     return [float(axis["position_deg"]) for axis in servo.json("state")["axes"]]
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("rates", [True, False])
 def test_both_axes_follow_a_file_in_time_and_everything_is_put_back(servo: Bench, rates: bool) -> None:
     """The loops leave some µrad; 1 ms in time would be 30 µrad at the median and 16 µrad at the lower quartile. The lower
@@ -74,10 +73,11 @@ def test_both_axes_follow_a_file_in_time_and_everything_is_put_back(servo: Bench
     assert states(servo) == ["switch on disabled"] * 2 and borrowed(servo) == before
 
 
+@pytest.mark.real_time
 def test_a_satellite_is_followed_from_its_elements(servo: Bench) -> None:
     """A dry run shows the whole pass; the motion is its first seconds."""
     (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
-    shown = servo.here("follow", "iss.tle", *SITE, "--dry-run")
+    shown = servo("follow", "iss.tle", *SITE, "--dry-run")
     assert shown.code == 0 and "ISS (ZARYA), pass of 2008-09-20 18:22:15 UTC, 284 s, up to 22.0°" in shown.out, shown
     assert "between -202.702° and -95.292°" in shown.out
     short = servo("follow", "iss.tle", *SITE, "--seconds", "2.5", "--heading", "143", "--slew-rate", "20", "--json", "--yes")
@@ -86,12 +86,13 @@ def test_a_satellite_is_followed_from_its_elements(servo: Bench) -> None:
     assert found["samples"] > 2000
     for axis in found["axes"]:
         assert axis["rms_urad"] < 1000, axis
-    refused = servo.here("follow", "iss.tle", "--yes")
+    refused = servo("follow", "iss.tle", "--yes")
     assert refused.code == 2 and "--site 52.2 21.0 100" in refused.err
-    past = servo.here("follow", "iss.tle", *SITE[:-1], "--yes")
+    past = servo("follow", "iss.tle", *SITE[:-1], "--yes")
     assert past.code == 2 and "which is past" in past.err
 
 
+@pytest.mark.real_time
 def test_a_pass_is_waited_for_and_begins_on_time(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     """The clock of the command is put to 10 s before the pass of 2008."""
     (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
@@ -108,10 +109,10 @@ def test_a_pass_is_waited_for_and_begins_on_time(servo: Bench, monkeypatch: pyte
     here = angles(servo)[0]
     words = ("iss.tle", *SITE[:-1], "--heading", str(202.7 + here), "--seconds", "1.5", "--json", "--yes")
     monkeypatch.setattr(follow, "READY_S", 11.0)
-    late = servo.here("follow", *words)
+    late = servo("follow", *words)
     assert late.code == 2 and "the axes need" in late.err, late
     monkeypatch.setattr(follow, "READY_S", 6.0)
-    done = servo.here("follow", *words, "--slew-rate", "20")
+    done = servo("follow", *words, "--slew-rate", "20")
     assert done.code == 0, done.err
     first, found = json.loads(done.out.splitlines()[0]), json.loads(done.out.splitlines()[-1])
     assert first["time_s"] < 2.0 and found["samples"] > 1200
@@ -130,18 +131,19 @@ def test_nothing_moves_when_a_row_breaks_a_limit_or_the_file_is_bad(servo: Bench
         ("time_s,azimuth_deg\n0,0\n1,x\n2,1\n", ("path.csv:3", "'x'")),
     ):
         (servo.folder / "path.csv").write_text(text)
-        refused = servo.here("follow", "path.csv", "--yes")
+        refused = servo("follow", "path.csv", "--yes")
         assert refused.code == 2 and all(word in refused.err for word in words), refused
     sines(servo.folder / "path.csv", 1.0, True)
-    assert servo.here("follow", "path.csv").code == 2  # nobody has confirmed
-    assert servo.here("follow", "path.csv", "--dry-run").code == 0
-    assert servo.here("follow", "path.csv", "--site", "1", "2", "3", "--yes").code == 2
-    assert servo.here("follow", "missing.csv", "--yes").code == 2
+    assert servo("follow", "path.csv").code == 2  # nobody has confirmed
+    assert servo("follow", "path.csv", "--dry-run").code == 0
+    assert servo("follow", "path.csv", "--site", "1", "2", "3", "--yes").code == 2
+    assert servo("follow", "missing.csv", "--yes").code == 2
     assert angles(servo) == pytest.approx(before, abs=0.01)
     for axis in ("azimuth", "pitch"):
         servo.json("state", axis, "disable")
 
 
+@pytest.mark.real_time
 def test_interrupting_stops_both_axes_and_puts_all_back(servo: Bench, eventually: Eventually) -> None:
     sines(servo.folder / "path.csv", 30.0, True)
     before = borrowed(servo)
@@ -160,11 +162,11 @@ def test_a_file_that_fits_a_turn_away_is_followed_there_and_one_that_fits_nowher
     """The travel is ±278°; the file's is 298° to 302°, then 180° to 714°."""
     path = servo.folder / "path.csv"
     path.write_text("time_s,azimuth_deg\n0,298\n4,302\n", encoding="utf-8")
-    shown = servo.here("follow", "path.csv", "--dry-run")
+    shown = servo("follow", "path.csv", "--dry-run")
     assert shown.code == 0, shown.err
     assert "azimuth from -62.0" in shown.out and "-360° from the file's angles" in shown.out, shown.out
     rows = "".join(f"{t},{180 + 6 * t}\n" for t in range(90))
     path.write_text(f"time_s,azimuth_deg\n{rows}", encoding="utf-8")
-    refused = servo.here("follow", "path.csv", "--dry-run")
+    refused = servo("follow", "path.csv", "--dry-run")
     assert refused.code == 2 and "-360° lasts longest" in refused.err, refused
     assert "path.csv:78: at 76 s azimuth would move to 282.000°, beyond its software limit 607D:2" in refused.err, refused.err

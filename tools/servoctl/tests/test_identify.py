@@ -1,7 +1,7 @@
 """`identify` and `tune` on a simulated axis: their results, and that every end restores the axis.
 
-Identification runs on a separate simulator that is several times faster than real time; tuning needs real time. The
-test plans are the short ones of short_identify.py; the fit is the real one.
+Identification runs several times faster than real time; tuning needs real time. The test plans are the short ones of
+short_identify.py; the fit is the real one.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import re
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ import pytest
 
 from servoctl.friction_curves import read_columns
 
-from .conftest import BUILD, DEVICE, FAST, Bench, serving
+from .conftest import BUILD, FAST, SERVERS, Bench, Eventually, Served, Serving, serve
 
 IDENTIFY = Path(os.environ.get("IDENTIFY_PROGRAM", str(BUILD / "bin" / "identify")))
 SHORT = Path(__file__).with_name("short_identify.py")
@@ -38,24 +38,20 @@ GAINS = ("0x2000:1", "0x2000:2")
 PLANT_INERTIA = ("0x2056:1", "0x2056:2")
 TRUE = {"coulomb": 6.0, "stribeck_speed_positive": 5.2e-3, "stiffness": 30000.0, "inertia": 6.0}
 
-Eventually = Callable[[Callable[[], bool], float], None]
-
-
-def with_short_test_plans(bus: str, folder: Path) -> Bench:
-    bench = Bench(bus, folder)
-    bench.environment |= PROGRAMS
-    return bench
+@pytest.fixture
+def machine(servo: Bench) -> Bench:
+    """servoctl, with short test plans."""
+    servo.environment |= PROGRAMS
+    return servo
 
 
 @pytest.fixture
-def machine(tmp_path: Path) -> Iterator[Bench]:
-    """servoctl, with short test plans, at its own fast simulated servo.
-
-    Its own, because an idle one takes as much of the computer, which tests in real time need.
-    """
-    with serving(FAST[DEVICE]) as (bus, process):
-        yield with_short_test_plans(bus, tmp_path)
-    assert process.returncode == 0
+def own_machine(serving: Serving, tmp_path: Path) -> Iterator[tuple[Bench, Served]]:
+    """The same at a servo of its own, which has just started, and which others do not need afterwards."""
+    with serving(FAST) as served:
+        bench = Bench(served.address, tmp_path)
+        bench.environment |= PROGRAMS
+        yield bench, served
 
 
 def axis_state(bench: Bench, axis: str = "azimuth") -> dict[str, Any]:
@@ -75,9 +71,10 @@ def experiment_runs(bench: Bench) -> bool:
     return bool(bench.json("get", "0x2100:2")[0]["value"] == 1)
 
 
-def test_one_command_finds_the_axis_and_leaves_it_as_it_was(machine: Bench) -> None:
+def test_one_command_finds_the_axis_and_leaves_it_as_it_was(own_machine: tuple[Bench, Served]) -> None:
+    machine, served = own_machine
     before, gains = values(machine, BORROWED), machine.json("get")
-    done = machine("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes", "--json", timeout=600)
+    done = machine("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes", "--json")
     assert done.code == 0, done.err
     found = done.data
     assert found["complete"] and found["refused"] == []
@@ -175,18 +172,20 @@ def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> 
     assert as_before(machine, before)
 
 
-def test_a_bus_that_goes_away_is_reported_in_one_sentence(tmp_path: Path, eventually: Eventually) -> None:
-    with serving(FAST[DEVICE]) as (bus, process):
-        machine = with_short_test_plans(bus, tmp_path)
-        machine.environment["SHORT_FAULT"] = "long"
-        running = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-        eventually(lambda: experiment_runs(machine), 120)
-        process.kill()
-        _, err = running.communicate(timeout=30)
+def test_a_bus_that_goes_away_is_reported_in_one_sentence(own_machine: tuple[Bench, Served], eventually: Eventually) -> None:
+    machine, served = own_machine
+    machine.environment["SHORT_FAULT"] = "long"
+    running = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
+    eventually(lambda: experiment_runs(machine), 120)
+    served.process.kill()
+    _, err = running.communicate(timeout=30)
     assert running.returncode == 3 and err.startswith("servoctl: ") and err.count("\n") == 1, err
 
 
-def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Bench, eventually: Eventually) -> None:
+def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(
+    own_machine: tuple[Bench, Served], eventually: Eventually
+) -> None:
+    machine, _ = own_machine
     before = values(machine, BORROWED)
     machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
@@ -273,15 +272,21 @@ def a_result() -> dict[str, Any]:
 
 
 TUNE = (
-    "tune", "--axis", "azimuth", "--from", "found", "--periods", "3", "--high", "150", "--travel-deg", "-270", "270",
+    "tune", "--axis", "azimuth", "--from", "found", "--periods", "2", "--high", "150", "--travel-deg", "-270", "270",
 )  # fmt: skip
 
 
+@pytest.mark.real_time
 def test_gains_whose_margins_hold_stay_and_undo_takes_them_back(tunable: Bench) -> None:
-    before = values(tunable, GAINS)
-    tunable.environment["SHORT_MARGINS"] = "12 50"
-    done = tunable(*TUNE, "--gain-margin-db", "8", "--yes", "--json")
-    assert done.code == 0, done.err
+    """An identified plant, which only --unlock writes, is left out with a note."""
+    before, plant = values(tunable, GAINS), values(tunable, PLANT_INERTIA)
+    tunable.environment |= {"SHORT_ALSO": " ".join(PLANT_INERTIA), "SHORT_MARGINS": "12 50"}
+    words = (*TUNE, "--gain-margin-db", "8")
+    shown = tunable(*words, "--dry-run")
+    assert shown.code == 0 and "identified_plant.inertia" in shown.out and "--unlock" in shown.err
+    done = tunable(*words, "--yes", "--json")
+    assert done.code == 0 and "--unlock" in done.err, done.err
+    assert values(tunable, PLANT_INERTIA) == plant
     assert done.data["kept"] and [row["wished"] for row in done.data["margins"]] == [True, False]
     assert json.loads((tunable.folder / "found/wishes.json").read_text()) == {"least_gain_margin_db": 8.0}
     assert values(tunable, GAINS) == [pytest.approx(0.9 * value, rel=1e-6) for value in before]
@@ -293,6 +298,7 @@ def test_gains_whose_margins_hold_stay_and_undo_takes_them_back(tunable: Bench) 
     assert values(tunable, GAINS) == before
 
 
+@pytest.mark.real_time
 def test_gains_whose_margins_do_not_hold_are_taken_back_and_it_says_by_how_much(tunable: Bench) -> None:
     before = tunable.json("get")
     tunable.environment["SHORT_MARGINS"] = "25 50"
@@ -304,42 +310,31 @@ def test_gains_whose_margins_do_not_hold_are_taken_back_and_it_says_by_how_much(
     assert tunable("diff", "found/azimuth-active.toml").code == 0
 
 
+@pytest.mark.real_time
 def test_a_design_that_changes_the_motor_asks_for_unlock_before_it_moves_and_takes_it(tunable: Bench) -> None:
+    """With unlock, the identified plant is written as well."""
     motor = "azimuth.motor.torque_constant"
-    before, gains = tunable.value(motor), values(tunable, GAINS)
-    tunable.environment |= {"SHORT_ALSO": "0x2055:1", "SHORT_MARGINS": "12 50", "SHORT_FACTOR": "0.95"}
-    shown = tunable.here(*TUNE, "--dry-run")
+    before, gains, plant = tunable.value(motor), values(tunable, GAINS), values(tunable, PLANT_INERTIA)
+    tunable.environment |= {
+        "SHORT_ALSO": " ".join(("0x2055:1", *PLANT_INERTIA)), "SHORT_MARGINS": "12 50", "SHORT_FACTOR": "0.95",
+    }  # fmt: skip
+    shown = tunable(*TUNE, "--dry-run")
     assert shown.code == 0 and motor in shown.err and "--unlock" in shown.err
-    refused = tunable.here(*TUNE, "--gain-margin-db", "8", "--yes")
+    refused = tunable(*TUNE, "--gain-margin-db", "8", "--yes")
     assert refused.code == 2 and motor in refused.err and "--unlock" in refused.err and refused.err.count("\n") == 1
     assert (tunable.value(motor), values(tunable, GAINS)) == (before, gains)
     assert "will move" not in refused.out
     done = tunable(*TUNE, "--gain-margin-db", "8", "--yes", "--unlock", "--json")
     assert done.code == 0 and done.data["kept"], done.err
     assert tunable.value(motor) == pytest.approx(0.95 * before, rel=1e-6)
-    tunable.json("undo", "--unlock")
-    assert tunable.value(motor) == before
-
-
-def test_the_identified_plant_is_written_with_unlock_only(tunable: Bench) -> None:
-    before = values(tunable, PLANT_INERTIA)
-    tunable.environment |= {"SHORT_ALSO": " ".join(PLANT_INERTIA), "SHORT_MARGINS": "12 50"}
-    words = (*TUNE, "--gain-margin-db", "8")
-    shown = tunable.here(*words, "--dry-run")
-    assert shown.code == 0 and "identified_plant.inertia" in shown.out and "--unlock" in shown.err
-    left = tunable(*words, "--yes", "--json")
-    assert left.code == 0 and left.data["kept"] and "--unlock" in left.err
-    assert values(tunable, PLANT_INERTIA) == before
-    tunable.json("undo")
-    done = tunable(*words, "--yes", "--unlock", "--json")
-    assert done.code == 0 and done.data["kept"], done.err
     assert "azimuth.identified_plant.inertia" in {row["name"] for row in done.data["changed"]}
-    assert values(tunable, PLANT_INERTIA) == [pytest.approx(0.9 * value, rel=1e-6) for value in before]
+    assert values(tunable, PLANT_INERTIA) == [pytest.approx(0.95 * value, rel=1e-6) for value in plant]
     assert "identified_plant.inertia" in (tunable.folder / "found/tune.html").read_text()
     tunable.json("undo", "--unlock")
-    assert values(tunable, PLANT_INERTIA) == before
+    assert tunable.value(motor) == before and values(tunable, PLANT_INERTIA) == plant
 
 
+@pytest.mark.real_time
 def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
     tunable: Bench, eventually: Eventually
 ) -> None:
@@ -369,7 +364,7 @@ def test_tune_refuses_what_is_not_of_this_axis_or_would_leave_the_travel(
     result = a_result() | {"machine": {"axis": "azimuth"}}
     (tunable.folder / "found/result.json").write_text(json.dumps(result))
     tunable.json("set", *NO_POSITION_LIMITS)
-    refused = tunable.here("tune", *words, "--from", "found", "--yes")
+    refused = tunable("tune", *words, "--from", "found", "--yes")
     tunable.json("undo")
     assert refused.code == 2 and expected in refused.err and refused.err.count("\n") == 1, refused
 
@@ -389,14 +384,18 @@ def test_a_dry_run_of_tune_shows_the_design_and_changes_nothing(tunable: Bench) 
     assert [path.name for path in (tunable.folder / "found").iterdir()] == ["result.json"]
 
 
-def test_tune_and_bode_refuse_a_simulator_that_is_faster_than_real_time(machine: Bench) -> None:
-    (machine.folder / "found").mkdir()
-    (machine.folder / "found/result.json").write_text(json.dumps(a_result()))
-    gains = machine.json("get")
-    for words in (TUNE, ("bode", "azimuth")):
-        refused = machine(*words, "--yes")
-        assert refused.code == 6 and "--speed 1" in refused.err
-    assert machine.json("get") == gains
+def test_tune_and_bode_refuse_a_simulator_that_is_faster_than_real_time(tmp_path: Path) -> None:
+    """How fast a board is emulated is up to the computer."""
+    (tmp_path / "found").mkdir()
+    (tmp_path / "found/result.json").write_text(json.dumps(a_result()))
+    with serve(FAST, server=SERVERS["sim"]) as served:
+        machine = Bench(served.address, tmp_path)
+        machine.environment |= PROGRAMS
+        gains = machine.json("get")
+        for words in (TUNE, ("bode", "azimuth")):
+            refused = machine(*words, "--yes")
+            assert refused.code == 6 and "--speed 1" in refused.err
+        assert machine.json("get") == gains
 
 
 def test_a_folder_without_a_result_is_reported(tunable: Bench) -> None:

@@ -95,6 +95,7 @@ def test_an_interrupted_motion_stops_though_the_bus_fails_it_once(
     assert failures == [0] and Drive(device, 0).state() == DISABLED
 
 
+@pytest.mark.real_time
 def test_a_motion_that_cannot_be_stopped_leaves_the_device_monitoring_a_heartbeat(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:

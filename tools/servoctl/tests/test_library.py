@@ -7,12 +7,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .conftest import PACKAGE, Bench
+import pytest
+
+from .conftest import PACKAGE, ROOT, Bench
 
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FEWEST = 6
 
 
+@pytest.mark.real_time
 def test_the_examples_of_the_library_run(servo: Bench) -> None:
     blocks = BLOCK.findall((PACKAGE / "LIBRARY.md").read_text(encoding="utf-8"))
     assert len(blocks) >= FEWEST
@@ -33,6 +36,6 @@ def test_the_examples_are_typed(tmp_path: Path) -> None:
     """As mypy sees them in somebody's project."""
     program = tmp_path / "examples.py"
     program.write_text("\n".join(BLOCK.findall((PACKAGE / "LIBRARY.md").read_text(encoding="utf-8"))), encoding="utf-8")
-    command = [sys.executable, "-m", "mypy", "--cache-dir", str(tmp_path / "mypy"), "--follow-imports=silent", str(program)]
+    command = [sys.executable, "-m", "mypy", "--cache-dir", str(ROOT / "build/mypy"), "--follow-imports=silent", str(program)]
     done = subprocess.run(command, cwd=PACKAGE, text=True, capture_output=True)
     assert done.returncode == 0, done.stdout

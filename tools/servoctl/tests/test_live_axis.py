@@ -6,8 +6,6 @@ import json
 import signal
 import subprocess
 import threading
-import time
-from collections.abc import Callable
 from typing import Any
 
 import canopen
@@ -18,9 +16,8 @@ from servoctl.axis402 import Axis402
 from servoctl.bus import open_bus, parse_bus
 from servoctl.schema import load_schema
 
-from .conftest import PARAMETERS, Bench
+from .conftest import PARAMETERS, Bench, Eventually
 
-Eventually = Callable[[Callable[[], bool], float], None]
 BORROWED = (
     "0x1016:1",
     "0x1016:2",
@@ -112,6 +109,7 @@ def test_a_move_beyond_the_position_limits_is_refused_with_the_limits(servo: Ben
     assert result.code == 2 and "607D" in result.err
 
 
+@pytest.mark.real_time
 def test_step_reports_rise_overshoot_and_settling(servo: Bench) -> None:
     before = borrowed(servo)
     for _ in range(4):
@@ -147,6 +145,7 @@ def test_braking_measures_torque_and_friction_over_inertia_and_writes_the_safe_p
     assert servo.value("azimuth.protection.sure_deceleration") == pytest.approx(found["before_rad_s2"], rel=1e-6)
 
 
+@pytest.mark.real_time
 def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_listens(
     servo: Bench, eventually: Eventually
 ) -> None:
@@ -160,7 +159,7 @@ def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_list
     lines = follow_output(monitor)
     eventually(lambda: len(lines) > 10 and shows_a_rate(lines[-1]), 20.0)
     measured_from = len(lines)
-    found = servo.json("bode", "azimuth", "--periods", "3", "--yes")
+    found = servo.json("bode", "azimuth", "--low", "4", "--periods", "4", "--yes")
     measured_to = len(lines)
     eventually(lambda: len(lines) > measured_to + 10 and shows_a_rate(lines[-1]), 20.0)
     monitor.send_signal(signal.SIGINT)
@@ -179,6 +178,7 @@ def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_list
         servo.json("state", name, "disable")
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
 def test_interrupting_stops_the_axis_and_puts_all_back(
     servo: Bench, number: int, code: int, eventually: Eventually
@@ -193,6 +193,7 @@ def test_interrupting_stops_the_axis_and_puts_all_back(
     assert borrowed(servo) == before
 
 
+@pytest.mark.real_time
 def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, eventually: Eventually) -> None:
     before = borrowed(servo)
     process = servo.start("bode", "azimuth", "--yes")
@@ -212,11 +213,12 @@ def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, event
     assert after[:-2] == before[:-2]  # mode and interpolation period stay as the killed one left them
 
 
-def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench) -> None:
+def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench, eventually: Eventually) -> None:
     scope = servo.start(
         "scope", "azimuth.reference", "azimuth.torque_nm", "--trigger", "above", "--level", "0.015", "--pre", "0.1",
         "--for", "0.5", "--json",
     )  # fmt: skip
+    eventually(lambda: servo.value("0x3000:2") == WAITS_FOR_TRIGGER, 20.0)
     moved = servo.json("move", "azimuth", "--rate", "1", "--for", "3", "--yes")
     out, err = scope.communicate(timeout=60)
     assert scope.returncode == 0, err
@@ -231,7 +233,11 @@ def test_a_faulty_axis_is_not_moved(test_node: Bench) -> None:
     assert result.code in (4, 6)
 
 
-def test_python_canopens_own_drive_and_ours_at_the_offset_run_side_by_side(servo: Bench) -> None:
+WAITS_FOR_TRIGGER = 2
+AT_RATE = [pytest.approx(17453, rel=0.05), pytest.approx(-17453, rel=0.05)]
+
+
+def test_python_canopens_own_drive_and_ours_at_the_offset_run_side_by_side(servo: Bench, eventually: Eventually) -> None:
     dictionary = load_schema(PARAMETERS).object_dictionary()
     network = canopen.Network(bus=open_bus(parse_bus(servo.bus)))
     with network.connect():
@@ -239,20 +245,17 @@ def test_python_canopens_own_drive_and_ours_at_the_offset_run_side_by_side(servo
         network.add_node(azimuth)
         pitch = Axis402(1, dictionary, axis=1, beside=azimuth)
         azimuth.nmt.state = "OPERATIONAL"
-        time.sleep(0.2)
+        azimuth.nmt.wait_for_heartbeat()
         for drive, rate in ((azimuth, 17453), (pitch, -17453)):
             drive.setup_402_state_machine()
             drive.op_mode = "PROFILED VELOCITY"
             drive.state = "OPERATION ENABLED"
             drive.sdo[0x60FF].raw = rate
-        time.sleep(1.0)
-        rates = [drive.sdo[0x606C].raw for drive in (azimuth, pitch)]
+        eventually(lambda: [drive.sdo[0x606C].raw for drive in (azimuth, pitch)] == AT_RATE, 20.0)
         modes = [drive.op_mode for drive in (azimuth, pitch)]
         for drive in (azimuth, pitch):
             drive.sdo[0x60FF].raw = 0
-        time.sleep(0.5)
         for drive in (azimuth, pitch):
             drive.state = "SWITCH ON DISABLED"
         states = [drive.state for drive in (azimuth, pitch)]
-    assert rates == [pytest.approx(17453, rel=0.05), pytest.approx(-17453, rel=0.05)]
     assert modes == ["PROFILED VELOCITY"] * 2 and states == ["SWITCH ON DISABLED"] * 2

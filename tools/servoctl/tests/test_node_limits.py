@@ -54,12 +54,12 @@ def test_a_move_beyond_the_travel_names_the_limit_its_value_and_what_is_within(s
     ):
         with limited(servo, *assignments):
             for travel, name, end in ((500.0, named[0], still + 4), (-300.0, named[1], still - 3)):
-                refused = servo.here("move", "azimuth", "--by", str(travel), *FREE, "--yes")
+                refused = servo("move", "azimuth", "--by", str(travel), *FREE, "--yes")
                 assert refused.code == 2 and f"{name} ({end:.2f}°" in refused.err, refused
                 forward, back = re.findall(r"most ([\d.]+)° forward and ([\d.]+)° back", refused.err)[0]
                 assert (float(forward), float(back)) == pytest.approx((4 - margin, 3 - margin), abs=0.05)
                 within = str(float(forward) - 0.03) if travel > 0 else f"-{float(back) - 0.03}"
-                assert servo.here("move", "azimuth", "--by", within, "--dry-run").code == 0
+                assert servo("move", "azimuth", "--by", within, "--dry-run").code == 0
     assert here(servo) == pytest.approx(still, abs=0.05)
 
 
@@ -76,13 +76,13 @@ def test_a_rate_beyond_607F_over_speed_or_the_gyro_is_refused_with_what_is_withi
                 ("step", "azimuth", "--amplitude", "9"),
                 ("bode", "azimuth", "--bias", "8", "--amplitude", "1"),
             ):
-                refused = servo.here(*words, *FREE, "--yes")
+                refused = servo(*words, *FREE, "--yes")
                 assert refused.code == 2 and name in refused.err, (words, refused)
                 assert float(re.findall(r"at most ([\d.]+) °/s is allowed", refused.err)[0]) == pytest.approx(
                     within_deg_s, abs=0.011
                 )
             within = ("move", "azimuth", "--by", "1", "--rate", str(within_deg_s - 0.02), "--dry-run")
-            assert servo.here(*within).code == 0
+            assert servo(*within).code == 0
     assert here(servo) == pytest.approx(still, abs=0.05)
 
 
@@ -91,7 +91,7 @@ def test_step_bode_and_runs_at_a_rate_are_checked_against_the_travel(servo: Benc
         for words in (
             ("step", "azimuth"), ("step", "azimuth", "--amplitude", "-1"), ("bode", "azimuth"), ("move", "azimuth", "--rate", "2", "--for", "1"),
         ):  # fmt: skip
-            refused = servo.here(*words, "--yes")
+            refused = servo(*words, "--yes")
             assert refused.code == 2 and "2060:" in refused.err, (words, refused)
     assert here(servo) == pytest.approx(still, abs=0.05)
 
@@ -99,7 +99,7 @@ def test_step_bode_and_runs_at_a_rate_are_checked_against_the_travel(servo: Benc
 def test_identify_and_tune_stay_within_the_hard_limits(servo: Bench, still: float) -> None:
     with limited(servo, *hard(still - 20, still + 20)):
         wide = ("--travel-deg", str(still - 19), str(still + 19.9))
-        refused = servo.here("identify", "--axis", "azimuth", *wide, "--dry-run")
+        refused = servo("identify", "--axis", "azimuth", *wide, "--dry-run")
         assert refused.code == 2 and "2060:10" in refused.err, refused
         inside = servo.json("identify", "--axis", "azimuth", "--dry-run")["envelope"]  # from the node
         assert math.degrees(inside["lowest_rad"]) == pytest.approx(still - 19.714, abs=0.02)
@@ -108,14 +108,14 @@ def test_identify_and_tune_stay_within_the_hard_limits(servo: Bench, still: floa
 
 def test_without_any_limit_of_the_travel_identify_asks_for_one(servo: Bench, still: float) -> None:
     with limited(servo, *hard(0, 0), *software(0, 0)):
-        refused = servo.here("identify", "--axis", "azimuth", "--dry-run")
+        refused = servo("identify", "--axis", "azimuth", "--dry-run")
         assert refused.code == 2 and "2060:10" in refused.err and "--travel-deg -150 150" in refused.err, refused
-        assert servo.here("identify", "--axis", "azimuth", "--travel-deg", str(still - 20), str(still + 20), "--dry-run").code == 0
+        assert servo("identify", "--axis", "azimuth", "--travel-deg", str(still - 20), str(still + 20), "--dry-run").code == 0
 
 
 def test_an_axis_beyond_a_limit_may_come_back(servo: Bench, still: float) -> None:
     with limited(servo, *hard(still - 30, still - 1)):
-        assert servo.here("move", "azimuth", "--by", "0.5", "--yes").code == 2
+        assert servo("move", "azimuth", "--by", "0.5", "--yes").code == 2
         back = servo.json("move", "azimuth", "--by", "-2", "--yes")
     assert back["to_deg"] == pytest.approx(still - 2, abs=0.05)
 

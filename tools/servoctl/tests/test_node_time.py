@@ -18,9 +18,9 @@ from servoctl.errors import MotionError
 from servoctl.node_clock import NodeClock
 from servoctl.stream import RateStream, SampleGatherer
 
-from .conftest import DEVICE, FAST, Bench, serving
+from .conftest import Bench, Serving
 
-SLOW = "0.2"
+SLOW = "0.5"
 
 
 class FakeNode:
@@ -99,25 +99,31 @@ def test_set_points_are_refused_to_a_node_that_stays_faster_than_real_time() -> 
         check_pace(cast(Device, FakeDevice([7.0, 8.0])))
 
 
-@pytest.fixture(params=[SLOW, FAST[DEVICE]])
-def other_pace(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Bench]:
-    with serving(request.param) as (bus, _):
-        yield Bench(bus, tmp_path)
+@pytest.fixture(scope="module")
+def slow(serving: Serving) -> Iterator[str]:
+    """The address of a slow servo."""
+    with serving(SLOW) as served:
+        yield served.address
 
 
-def test_a_motion_lasts_as_long_as_commanded_by_the_nodes_clock(other_pace: Bench) -> None:
-    moved = other_pace.json("move", "azimuth", "--rate", "2", "--for", "2", "--yes")
+@pytest.mark.parametrize("pace", ["slow", "served"])
+def test_a_motion_lasts_as_long_as_commanded_by_the_nodes_clock(
+    request: pytest.FixtureRequest, serving: Serving, tmp_path: Path, pace: str
+) -> None:
+    """Half as fast as real time, and FAST."""
+    servo = Bench(request.getfixturevalue(pace), tmp_path)
+    moved = servo.json("move", "azimuth", "--rate", "2", "--for", "2", "--yes")
     assert moved["to_deg"] - moved["from_deg"] == pytest.approx(4.0, abs=1.5)
 
 
-def test_a_step_on_a_node_five_times_slower_than_the_computer_is_the_same(tmp_path: Path) -> None:
-    with serving(SLOW) as (bus, _):
-        found = Bench(bus, tmp_path).json("step", "azimuth", "--hold", "0.4", "--yes")
+def test_a_step_on_a_node_slower_than_the_computer_is_the_same(slow: str, tmp_path: Path) -> None:
+    found = Bench(slow, tmp_path).json("step", "azimuth", "--hold", "0.4", "--yes")
     assert [s["direction"] for s in found["steps"]] == ["forward", "backward"]
     for step in found["steps"]:
         assert 0.001 < step["rise_s"] < 0.1 and step["settling_s"] < 0.2
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("words", [("step", "--hold", "0.3"), ("bode", "--periods", "2")])
 def test_set_points_that_are_not_heard_are_reported_with_their_identifier(
     servo: Bench, monkeypatch: pytest.MonkeyPatch, words: tuple[Any, ...]
@@ -125,7 +131,7 @@ def test_set_points_that_are_not_heard_are_reported_with_their_identifier(
     before = servo.json("state", "azimuth")["axes"][0]["position_deg"]
     with monkeypatch.context() as patch:
         patch.setattr(RateStream, "_send", lambda _stream, _counts: None)
-        refused = servo.here(words[0], "azimuth", *words[1:], "--yes")
+        refused = servo(words[0], "azimuth", *words[1:], "--yes")
     assert refused.code == 6 and refused.err.count("\n") == 1, refused
     assert "node 1 does not receive identifier 6BC" in refused.err and "late" not in refused.err
     state = servo.json("state", "azimuth")["axes"][0]

@@ -111,20 +111,20 @@ def test_with_json_every_error_is_json_and_keeps_its_exit_code(servo: Bench) -> 
         (("set", f"{GAIN}=800", "azimuth.friction_feedforward.coulomb_torque_positive=50"), 4, "refused"),
         (("scope", "azimuth.torque", "--trigger", "above", "--level", "1000", "--timeout", "0.2"), 6, "motion"),
     ):
-        result = servo.here(*words, "--json")
+        result = servo(*words, "--json")
         assert (result.code, result.out) == (code, ""), (words, result)
         error = json.loads(result.err)["error"]
         assert (error["exit_code"], error["kind"]) == (code, kind) and error["message"]
     servo.json("set", "--stage", GAIN, "700")
-    found = servo.here("get", GAIN, "--json")
+    found = servo("get", GAIN, "--json")
     servo.json("undo", "--staged", "--axis", "azimuth")
     assert found.code == 0 and "staged" in json.loads(found.err)["note"]
 
 
 def test_the_scope_shows_degrees_and_its_level_is_in_them(servo: Bench) -> None:
-    listed = servo.here("scope", "--list").out
+    listed = servo("scope", "--list").out
     assert re.search(r"azimuth\.rate +°/s", listed) and "rad" not in listed
-    result = servo.here("scope", "azimuth.rate", "azimuth.current", "--for", "0.2")
+    result = servo("scope", "azimuth.rate", "azimuth.current", "--for", "0.2")
     row = re.search(r"azimuth\.rate +°/s +(\S+) +(\S+) +(\S+) +(\S+)", result.out)
     assert row and re.search(r"azimuth\.current +A ", result.out) and "rad" not in result.out
     csv = next(Path(servo.folder).glob("scope-*.csv")).read_text().splitlines()
@@ -134,9 +134,9 @@ def test_the_scope_shows_degrees_and_its_level_is_in_them(servo: Bench) -> None:
         [min(rates), sum(rates) / len(rates), max(rates)], abs=2e-4
     )
     for level in ("20", "20 deg/s", "0.349 rad/s"):
-        servo.here("scope", "azimuth.rate", "--trigger", "above", "--level", level, "--timeout", "0.1")
+        servo("scope", "azimuth.rate", "--trigger", "above", "--level", level, "--timeout", "0.1")
         assert servo.value("0x3000:7") == pytest.approx(0.349, rel=1e-3)
-    assert servo.here("scope", "azimuth.rate", "--level", "3 kg").code == 2
+    assert servo("scope", "azimuth.rate", "--level", "3 kg").code == 2
     assert Shown("rad/s").text(1.0) == "57.2958"
 
 
@@ -166,9 +166,9 @@ def test_what_others_call_a_gain_is_answered_with_its_name(schema: Schema, typed
 
 def test_set_kp_says_what_may_be_meant(servo: Bench) -> None:
     for words in (("kp",), ("kp", "800"), ("kp=800",)):
-        refused = servo.here("set", *words)
+        refused = servo("set", *words)
         assert refused.code == 2 and f"did you mean {GAIN}" in refused.err
-    refused = servo.here("set", GAIN)
+    refused = servo("set", GAIN)
     assert refused.code == 2 and f"expected {GAIN}=VALUE" in refused.err
 
 
@@ -178,6 +178,6 @@ def test_set_takes_a_negative_number_after_a_name(servo: Bench) -> None:
     servo.json("set", limit, "-4000000")
     assert servo.json("get", limit)[0]["value"] == -4000000
     servo.json("set", f"{limit}={before}")
-    refused = servo.here("set", GAIN, "-5")
+    refused = servo("set", GAIN, "-5")
     assert refused.code == 2 and "-5" in refused.err and "below the lower limit" in refused.err
-    assert "No such option" in servo.here("set", GAIN, "-x").err
+    assert "No such option" in servo("set", GAIN, "-x").err

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from servoctl import __version__
 from servoctl.errors import InputError
 from servoctl.limits import Limits, Plan
 
-from .conftest import PACKAGE, PARAMETERS, Bench
+from .conftest import PARAMETERS, Bench
 
 GAIN = "azimuth.speed_loop.proportional_gain"
 RUN = ("move", "azimuth", "--rate", "1", "--for", "1", "--yes")
@@ -53,7 +52,7 @@ SENSELESS = (
 
 def test_numbers_that_make_no_sense_are_refused_in_one_sentence(servo: Bench) -> None:
     for words in SENSELESS:
-        result = servo.here(*words)
+        result = servo(*words)
         reported = result.code == 2 and result.err.startswith("servoctl") and result.err.count("\n") == 1
         assert reported, (words, result)
     assert servo.json("state", "azimuth")["axes"][0]["state"] == "switch on disabled"
@@ -75,20 +74,6 @@ def test_a_folder_that_cannot_be_written_is_reported_without_traceback(servo: Be
     (servo.folder / "file").write_text("")
     result = servo("scope", "azimuth.rate", "--for", "0.1", "--out", "file/below")
     assert result.code == 2 and "file/below" in result.err and result.err.count("\n") == 1
-
-
-@pytest.fixture
-def elsewhere(servo: Bench) -> Bench:
-    """servoctl away from any build, released for firmware of another schema hash, with nothing that names a table."""
-    shutil.rmtree(servo.folder / "cache", ignore_errors=True)
-    shutil.copytree(PACKAGE / "servoctl", servo.folder / "lib" / "servoctl")
-    carried = servo.folder / "lib" / "servoctl" / "descriptions" / "parameters.json"
-    content = json.loads(carried.read_text())
-    content["schema_hash"] ^= 2
-    carried.write_text(json.dumps(content))
-    servo.environment["PYTHONPATH"] = str(servo.folder / "lib")
-    del servo.environment["SERVOCTL_PARAMETERS"]
-    return servo
 
 
 def old_table(folder: Path) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import can
@@ -14,9 +14,9 @@ from servoctl.bus import open_bus, parse_bus
 from servoctl.device import Device
 from servoctl.supervision import MONITOR_MS, Supervision
 
-from .conftest import Bench
+from .conftest import Bench, Eventually
 
-Eventually = Callable[[Callable[[], bool], float], None]
+pytestmark = pytest.mark.real_time
 ENTRIES = [f"0x1016:{sub}" for sub in (1, 2, 3, 4)]
 NODE = 1
 
@@ -168,7 +168,7 @@ def test_an_id_heard_on_the_bus_is_another_ones_and_so_is_its_entry(unwatched: B
 
 def test_one_axis_and_one_stream_belong_to_one_motion_at_a_time(unwatched: Bench, eventually: Eventually) -> None:
     servo = unwatched
-    measuring = servo.start("bode", "azimuth", "--yes")
+    measuring = servo.start("bode", "azimuth", "--low", "2", "--periods", "2", "--yes")
     eventually(lambda: masters(servo) == [127], 15.0)
     for words, reported in (
         (("move", "azimuth", "--rate", "1", "--for", "1", "--yes"), "another servoctl is moving azimuth"),

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import DEVICE, ROOT, Bench, serving
+from .conftest import ROOT, SERVERS, Bench, serve
 from .still_target import StillTarget
 
+pytestmark = pytest.mark.real_time
 CAMERA = "541"
 PLACE = (0.8, 2.8)
 """Joint angles (°) near the target of sim_host/scenarios/tracking.toml before it flies."""
@@ -90,13 +91,13 @@ def test_a_target_outside_the_picture_is_said_so(servo: Bench) -> None:
 def test_a_plot_that_cannot_be_written_is_refused_before_the_motion(servo: Bench, command: tuple[str, ...]) -> None:
     (servo.folder / "file").write_text("")
     for plot, words in (("error.xyz", "must end with .png"), ("file/error.png", "not a folder that you may write")):
-        refused = servo.here(*command, "--plot", plot, "--yes")
+        refused = servo(*command, "--plot", plot, "--yes")
         assert refused.code == 2 and words in refused.err, refused
 
 
 def test_one_axis_alone(servo: Bench) -> None:
     with camera(servo):
-        servo.json("move", "azimuth", "--to", str(PLACE[0] + 0.1), "--yes")
+        servo.json("move", "azimuth", "--to", str(PLACE[0] + 0.1), "--rate", "20", "--yes")
         found = servo(*cued("--axis", "pitch", "--seconds", "2", "--json", "--yes"))
     assert found.code == 0, found.err
     axes = json.loads(found.out.splitlines()[-1])["axes"]
@@ -106,8 +107,8 @@ def test_one_axis_alone(servo: Bench) -> None:
 def test_a_target_that_is_too_fast_is_said_with_the_time_until_it_is_reached(servo: Bench) -> None:
     """7 mrad beside the line of sight, with at most 0.1 °/s for the azimuth: 4 s."""
     with camera(servo):
-        servo.json("move", "azimuth", "--to", str(PLACE[0] + 0.4), "--yes")
-        servo.json("move", "pitch", "--to", str(PLACE[1]), "--yes")
+        servo.json("move", "azimuth", "--to", str(PLACE[0] + 0.4), "--rate", "20", "--yes")
+        servo.json("move", "pitch", "--to", str(PLACE[1]), "--rate", "20", "--yes")
         before = servo.json("get", "0x607F")[0]["value"]
         servo.json("set", "0x607F", str(round(1e6 * math.radians(0.1))))
         try:
@@ -132,14 +133,14 @@ def test_without_frames_nothing_moves(servo: Bench) -> None:
         (cued("--seconds", "3", "--yes"), "identifier 541"),
         (("track", "--yes"), "--camera-id"),
     ):
-        refused = servo.here(*words)
+        refused = servo(*words)
         assert refused.code == 6 and "no frame of the camera arrives" in refused.err and reported in refused.err, refused
-    assert servo.here("track", "--dry-run").code == 0
-    assert servo.here("track").code == 2  # nobody has confirmed
+    assert servo("track", "--dry-run").code == 0
+    assert servo("track").code == 2  # nobody has confirmed
     for words, reported in (
         (("--camera-id", "601"), "not an identifier"), (("--cue", "0", "300"), "607D"), (("--seconds", "0"), "greater than 0"),
     ):  # fmt: skip
-        refused = servo.here("track", *words, "--yes")
+        refused = servo("track", *words, "--yes")
         assert refused.code == 2 and reported in refused.err, refused
     after = [axis["position_deg"] for axis in servo.json("state")["axes"]]
     assert after == pytest.approx(before, abs=0.05)
@@ -148,7 +149,7 @@ def test_without_frames_nothing_moves(servo: Bench) -> None:
 def test_frames_that_the_node_drops_are_reported_with_the_reason(servo: Bench) -> None:
     with camera(servo) as target:
         target.impossible = True
-        refused = servo.here(*cued("--seconds", "3", "--yes"))
+        refused = servo(*cued("--seconds", "3", "--yes"))
     assert refused.code == 6 and "drops every frame of the camera" in refused.err and "quality" in refused.err, refused
 
 
@@ -161,8 +162,8 @@ def test_the_fly_by_is_held_by_the_true_error_of_the_simulator(tmp_path: Path) -
     """Frames of the simulated camera; what counts is what the line of sight truly misses."""
     truth = tmp_path / "truth.csv"
     scenario = ROOT / "sim_host" / "scenarios" / "tracking.toml"
-    with serving("1", "--target", str(scenario), "--truth", str(truth)) as (address, _):
-        done = Bench(address, tmp_path)(*cued("--seconds", "6", "--json", "--yes"))
+    with serve("1", "--target", str(scenario), "--truth", str(truth), server=SERVERS["sim"]) as served:
+        done = Bench(served.address, tmp_path)(*cued("--seconds", "6", "--json", "--yes"))
     assert done.code == 0, done.err
     found = json.loads(done.out.splitlines()[-1])
     assert [axis["last_state"] for axis in found["axes"]] == ["tracking"] * 2
@@ -170,14 +171,13 @@ def test_the_fly_by_is_held_by_the_true_error_of_the_simulator(tmp_path: Path) -
         rows = [row for row in csv.DictReader(stream) if 3.0 < float(row["flight_s"]) < 5.5]
     for name in ("cross_elevation_error_urad", "elevation_error_urad"):
         assert statistics.pstdev(float(row[name]) for row in rows) < 5.0
-    assert DEVICE == "sim"
 
 
 def test_a_cue_takes_the_azimuth_that_lasts_longest_and_says_it_before_it_moves(servo: Bench) -> None:
     """The travel is ±278°."""
     for words, angle in ((("270", "2.7"), "-90.000°"), (("100", "2.7"), "100.000°"), (("100", "2.7", "--cue-rate", "5"), "-260.000°")):
-        shown = servo.here("track", "--cue", *words, "--dry-run")
+        shown = servo("track", "--cue", *words, "--dry-run")
         assert shown.code == 0 and f"first to azimuth {angle}" in shown.out, shown
         assert ("which lasts longer" in shown.out) == (angle != "100.000°"), shown.out
-    refused = servo.here("track", "--cue-rate", "5", "--dry-run")
+    refused = servo("track", "--cue-rate", "5", "--dry-run")
     assert refused.code == 2 and "give --cue, too" in refused.err

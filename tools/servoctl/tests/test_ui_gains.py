@@ -38,7 +38,7 @@ def saved(page: Page, folder: Path) -> Path:
 def test_a_gain_file_is_saved_compared_written_and_undone(servo: Bench, server: Server, browser: Browser, tmp_path: Path) -> None:
     with opened(browser, server) as page:
         path = saved(page, tmp_path)
-        assert servo.here("diff", str(path)).code == 0  # the command line reads it
+        assert servo("diff", str(path)).code == 0  # the command line reads it
         before = servo.value(GAIN)
         text = path.read_text(encoding="utf-8")
         old = f"proportional_gain = {before}"
@@ -94,11 +94,11 @@ def test_a_guarded_gain_needs_the_lock_and_the_values_are_stored(servo: Bench, s
         press(page.locator("#gain-store"))
         wait_for_text(page.locator("#gain-file-note"), "stored in the device; backup:")
         backup = (page.locator("#gain-file-note").text_content() or "").split("backup: ")[1]
-        assert servo.here("diff", backup).code == 0
+        assert servo("diff", backup).code == 0
 
 
 def test_a_lock_with_a_word_asks_for_it(servo: Bench, server: Server, browser: Browser) -> None:
-    assert servo.here("lock", "set-word", "--new", "secret").code == 0
+    assert servo("lock", "set-word", "--new", "secret").code == 0
     try:
         with opened(browser, server) as page:
             take_command(page)
@@ -115,7 +115,7 @@ def test_a_lock_with_a_word_asks_for_it(servo: Bench, server: Server, browser: B
             press(page.get_by_role("button", name="Undo last change"))
             wait_for(lambda: bool(servo.value(GUARDED) == before), "undone")
     finally:
-        assert servo.here("lock", "set-word", "--remove", "--word", "secret").code == 0
+        assert servo("lock", "set-word", "--remove", "--word", "secret").code == 0
 
 
 def test_the_spectrum_shows_the_amplitude_of_a_sine_and_stops_at_a_gap(servo: Bench, server: Server, browser: Browser) -> None:

@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Page
 
 from servoctl.parameter import AXES
 
-from .conftest import SIM_HOST, Bench, serving
+from .conftest import SERVERS, SIM_HOST, Bench, serve
 from .page_bench import (
     STANDSTILL_DEG_S,
     Link,
@@ -165,7 +165,7 @@ def test_one_clear_sentence_without_a_bus_and_for_a_wrong_node(servo: Bench, bro
 
 
 def test_a_slow_bus_has_all_signals_less_often_and_the_page_says_so(tmp_path: Path, browser: Browser) -> None:
-    with serving("1", "--bit-rate", "250000") as (address, _process), running(Bench(address, tmp_path), "--bitrate", "250000") as server:
+    with serve("1", "--bit-rate", "250000", server=SERVERS["sim"]) as served, running(Bench(served.address, tmp_path), "--bitrate", "250000") as server:
         page = browser.new_context().new_page()
         page.goto(server.link)
         wait_for_text(page.locator("#link"), "pre-operational")
@@ -177,9 +177,10 @@ def test_a_slow_bus_has_all_signals_less_often_and_the_page_says_so(tmp_path: Pa
         page.context.close()
 
 
-def test_the_demonstration_moves_an_axis_in_one_command(servo: Bench, browser: Browser) -> None:
-    servo.environment["SIM_HOST"] = SIM_HOST
-    with running(servo, "--demo") as server, opened(browser, server) as page:
+def test_the_demonstration_moves_an_axis_in_one_command(tmp_path: Path, browser: Browser) -> None:
+    bench = Bench("", tmp_path)
+    bench.environment["SIM_HOST"] = SIM_HOST
+    with running(bench, "--demo") as server, opened(browser, server) as page:
         wait_for(lambda: abs(rate(page)) > 1.0, "the axis moves by itself")
         wait_for(lambda: page.evaluate("trackservo.plots.frames") > 20, "the plots are drawn")
 
