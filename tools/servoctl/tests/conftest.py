@@ -46,17 +46,18 @@ PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_tes
 def pytest_configure(config: pytest.Config) -> None:
     """The marks of these tests."""
     config.addinivalue_line("markers", "real_time: the servo runs in real time, because the computer sends it set-points or frames")
-    config.addinivalue_line("markers", "smoke: of the few tests that see the most, for the gate")
-    config.addinivalue_line("markers", "image: of the smoke tests, those that the gate runs at the image as well")
+    config.addinivalue_line("markers", "any_device: it tries what lies between the user and the library, which see the same of every device")
+    config.addinivalue_line("markers", "smoke: one of the few tests that see the most, for the gate")
+    config.addinivalue_line("markers", "smoke_image: of these, one for each client, for the gate with the image")
     if DEVICE not in SERVERS:
         pytest.exit(f"SERVOCTL_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.", returncode=4)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Function]) -> None:
-    """At the image: the tests that start it. All others see the same without it."""
+    """At the image: the tests that start it and are about it. All others see the same without it."""
     if DEVICE != "image":
         return
-    chosen = [item for item in items if "serving" in item.fixturenames]
+    chosen = [item for item in items if "serving" in item.fixturenames and not item.get_closest_marker("any_device")]
     config.hook.pytest_deselected(items=[item for item in items if item not in chosen])
     items[:] = chosen
 
@@ -146,24 +147,19 @@ class Served:
     def __init__(self, address: str, process: subprocess.Popen[str]) -> None:
         self.address = address
         self.process = process
-        self._users = 1
 
     @contextlib.contextmanager
     def resumed(self) -> Iterator[str]:
         """Within a `with` block it runs; its address."""
-        self._use(1)
+        self.process.send_signal(signal.SIGCONT)
         try:
             yield self.address
         finally:
-            self._use(-1)
+            self.pause()
 
     def pause(self) -> None:
-        """As far as nobody else uses it."""
-        self._use(-1)
-
-    def _use(self, change: int) -> None:
-        self._users += change
-        self.process.send_signal(signal.SIGCONT if self._users else signal.SIGSTOP)
+        """Until somebody resumes it."""
+        self.process.send_signal(signal.SIGSTOP)
 
 
 @contextlib.contextmanager
@@ -187,7 +183,7 @@ Serving = Callable[..., contextlib.AbstractContextManager[Served]]
 
 @pytest.fixture(scope="session")
 def serving() -> Serving:
-    """Starts servos. Every test that is about the device has this fixture, and runs at the simulator and at the image."""
+    """Starts servos. Every test with this fixture runs at the simulator and, unless it is marked any_device, at the image."""
     return serve
 
 

@@ -23,7 +23,7 @@ from playwright.sync_api import Browser, Locator, Page
 from servoctl.bus import open_bus, parse_bus
 from servoctl.parameter import AXES
 
-from .conftest import Bench, Served, bring_to_rest
+from .conftest import Bench, Serving, bring_to_rest
 
 PATIENCE_S = 30.0
 POLL_S = 0.02
@@ -65,10 +65,12 @@ class Listener:
 
 
 @pytest.fixture(scope="session")
-def bench(served_in_real_time: Served, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
-    """One folder for all: commands and the page's server take turns on the SDO channel by its locks."""
-    with served_in_real_time.resumed() as address:
-        yield Bench(address, tmp_path_factory.mktemp("page"))
+def bench(serving: Serving, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    """At a servo in real time, in one folder for all: commands and the page's server take turns on the SDO channel by its
+    locks."""
+    with serving() as served:
+        yield Bench(served.address, tmp_path_factory.mktemp("page"))
+    assert served.process.returncode == 0
 
 
 @pytest.fixture
@@ -237,13 +239,19 @@ def standing(servo: Bench, axis: str = "azimuth") -> dict[str, Any]:
 
 def jog(page: Page, axis: str = "azimuth") -> None:
     """Holds the button with the mouse until the axis moves. On an overloaded computer the page may be silent for too long,
-    which ends the jog: then the button is pressed again."""
+    which ends the jog, or disables the axis: then it is begun again."""
     plus = card(page, axis).locator(".plus")
     wait_for(plus.is_enabled, "the axis can be jogged")
+    before = len(stops_shown(page))
 
     def moves() -> bool:
+        nonlocal before
         if abs(rate(page, axis)) > 1.0:
             return True
+        if len(stops_shown(page)) > before:
+            page.mouse.up()
+            enable_again(page, before, axis)
+            before = len(stops_shown(page))
         if not plus.evaluate("button => button.classList.contains('active')"):
             page.mouse.up()
             plus.hover()
@@ -251,6 +259,22 @@ def jog(page: Page, axis: str = "azimuth") -> None:
         return False
 
     wait_for(moves, "the axis jogs")
+
+
+def stops_shown(page: Page) -> list[str]:
+    """Events about stops, newest first."""
+    return page.locator("#events li", has_text="stop:").all_text_contents()
+
+
+def enable_again(page: Page, before: int, axis: str = "azimuth") -> None:
+    """After stops, of which there were `before`, because an overloaded computer kept the commanding page silent. A stop for
+    any other reason fails."""
+    stops = stops_shown(page)
+    new = stops[: len(stops) - before]
+    assert all("silent" in stop for stop in new), new
+    if new:
+        wait_for_state(page, "switch on disabled", axis)
+        enable(page, axis)
 
 
 def remember(page: Page, event: str) -> None:

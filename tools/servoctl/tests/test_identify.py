@@ -276,6 +276,7 @@ TUNE = (
 )  # fmt: skip
 
 
+@pytest.mark.smoke
 @pytest.mark.real_time
 def test_gains_whose_margins_hold_stay_and_undo_takes_them_back(tunable: Bench) -> None:
     """An identified plant, which only --unlock writes, is left out with a note."""

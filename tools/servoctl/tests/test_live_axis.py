@@ -66,6 +66,7 @@ def shows_a_rate(line: dict[str, Any]) -> bool:
     return any(shown["rate_deg_s"] is not None for shown in line["axes"])
 
 
+@pytest.mark.smoke
 def test_move_arrives_and_leaves_the_axis_as_it_was(servo: Bench) -> None:
     before = borrowed(servo)
     done = servo.json("move", "azimuth", "--by", "3", "--rate", "5", "--yes")
@@ -109,6 +110,8 @@ def test_a_move_beyond_the_position_limits_is_refused_with_the_limits(servo: Ben
     assert result.code == 2 and "607D" in result.err
 
 
+@pytest.mark.smoke_image
+@pytest.mark.smoke
 @pytest.mark.real_time
 def test_step_reports_rise_overshoot_and_settling(servo: Bench) -> None:
     before = borrowed(servo)

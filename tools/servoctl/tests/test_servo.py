@@ -18,6 +18,7 @@ def test_scan_finds_the_node_with_both_axes(servo: Bench) -> None:
     assert [(f["node"], f["name"], f["axes"]) for f in found] == [(1, "trackservo", ["azimuth", "pitch"])]
 
 
+@pytest.mark.smoke
 def test_info_reports_that_the_schema_fits(servo: Bench) -> None:
     data = servo.json("info")
     assert data["schema_fits"] and data["schema"] == json.loads(PARAMETERS.read_text())["schema_hash"]
@@ -30,6 +31,7 @@ def test_get_by_name_by_ending_and_by_index_agree(servo: Bench) -> None:
     assert servo.json("get", "0x2000:1")[0]["value"] == value
 
 
+@pytest.mark.smoke
 def test_set_is_in_force_at_once_and_undo_takes_it_back(servo: Bench) -> None:
     before = servo.value(GAIN)
     crc = servo.json("info")["axes"][0]["active_crc"]
@@ -120,6 +122,7 @@ def test_staged_values_wait_until_they_are_applied(servo: Bench) -> None:
     assert servo.value(GAIN) == before
 
 
+@pytest.mark.smoke
 def test_save_diff_restore_go_round(servo: Bench) -> None:
     servo.json("save", "gains.toml")
     assert servo("diff", "gains.toml").code == 0
@@ -252,6 +255,7 @@ def test_several_at_once_take_turns_at_the_nodes_one_sdo_server(servo: Bench) ->
     assert min(rows) > 20 and min(rows) > max(rows) / 3, rows
 
 
+@pytest.mark.smoke
 @pytest.mark.real_time
 def test_log_reads_at_the_rate_that_was_requested(servo: Bench) -> None:
     assert servo("log", "azimuth.position_actual_value", "--rate", "20", "--for", "1", "--out", "log.csv").code == 0

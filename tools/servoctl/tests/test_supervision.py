@@ -102,9 +102,9 @@ def test_motions_side_by_side_have_entries_of_their_own_and_the_last_one_puts_nm
         bus.send(can.Message(arbitration_id=0, data=[0x80, NODE], is_extended_id=False))
         time.sleep(0.1)
     assert servo.json("info")["nmt"] == "pre-operational"
-    short = servo.start("move", "azimuth", "--rate", "1", "--for", "5", "--yes")
+    short = servo.start("move", "azimuth", "--rate", "1", "--for", "3", "--yes")
     eventually(lambda: masters(servo) == [127], 15.0)
-    long = servo.start("move", "pitch", "--rate", "0.5", "--for", "12", "--yes")
+    long = servo.start("move", "pitch", "--rate", "0.5", "--for", "6", "--yes")
     eventually(lambda: masters(servo) == [126, 127], 15.0)
     assert short.wait(timeout=60) == 0
     assert masters(servo) == [126] and state(servo, "pitch") == "operation enabled"

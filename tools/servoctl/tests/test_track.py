@@ -41,12 +41,13 @@ def states(servo: Bench) -> list[str]:
     return [axis["state"] for axis in servo.json("state")["axes"]]
 
 
+@pytest.mark.smoke
 def test_a_still_target_is_acquired_from_the_cue_and_held(servo: Bench) -> None:
     """The frames hold the encoders' angles, so the error is that of the loops: a few µrad in wind."""
     before = borrowed(servo)
     with camera(servo):
-        done = servo(*cued("--seconds", "3", "--plot", "error.png", "--json", "--yes"))
-    assert done.code == 0, done.err
+        done = servo(*cued("--seconds", "3.5", "--plot", "error.png", "--json", "--yes"))
+    assert done.code == 0 and "has not seen" not in done.err, done.err
     *lines, found = [json.loads(line) for line in done.out.splitlines()]
     assert len(lines) >= 2
     for axis in found["axes"]:
@@ -83,8 +84,6 @@ def test_a_target_outside_the_picture_is_said_so(servo: Bench) -> None:
         found = servo(*cued("--seconds", "4", "--yes"))
     assert found.code == 0
     assert "the camera has not seen the target for 3 s" in found.err and "--cue" in found.err
-    with camera(servo):
-        assert "has not seen" not in servo(*cued("--seconds", "4", "--yes")).err
 
 
 @pytest.mark.parametrize("command", [("track",), ("follow", "path.csv")])

@@ -19,7 +19,7 @@ from .page_bench import (
     card,
     check_stopped,
     command_and_enable,
-    enable,
+    enable_again,
     jog,
     listener,
     opened,
@@ -30,6 +30,7 @@ from .page_bench import (
     server,
     servo,
     standing,
+    stops_shown,
     take_command,
     wait_for,
     wait_for_state,
@@ -40,6 +41,7 @@ __all__ = ["bench", "browser", "listener", "server", "servo"]
 GAIN = "azimuth.speed_loop.proportional_gain"
 
 
+@pytest.mark.smoke
 def test_open_enable_jog_change_a_gain_undo_and_disable(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         wait_for(lambda: page.locator("#gains tbody tr").count() > 5, "the gains are there")
@@ -90,10 +92,17 @@ def move_and_swing(servo: Bench, page: Page) -> None:
 def swing(page: Page, angle_deg: str) -> None:
     """Azimuth moves back and forth."""
     azimuth = card(page, "azimuth")
-    azimuth.locator(".move-angle").fill(angle_deg)
-    press(azimuth.get_by_role("button", name="Back and forth by this angle"))
-    press(page.get_by_role("button", name="Move", exact=True))
-    wait_for(lambda: rate(page) > 4.0, "moves back and forth")
+    before = len(stops_shown(page))
+    for _ in range(3):
+        azimuth.locator(".move-angle").fill(angle_deg)
+        press(azimuth.get_by_role("button", name="Back and forth by this angle"))
+        press(page.get_by_role("button", name="Move", exact=True))
+        wait_for(lambda: rate(page) > 4.0 or len(stops_shown(page)) > before, "moves back and forth")
+        if rate(page) > 4.0:
+            return
+        enable_again(page, before)
+        before = len(stops_shown(page))
+    raise AssertionError("the page was silent three times")
 
 
 def measure_step(page: Page, seconds: str = "0.3") -> None:
@@ -105,6 +114,7 @@ def measure_step(page: Page, seconds: str = "0.3") -> None:
     press(page.get_by_role("button", name="Move", exact=True))
 
 
+@pytest.mark.any_device
 def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server, browser: Browser) -> None:
     """A held Enter opens the plan and does not confirm it; an empty field is not 0, and 12,5 is not 125."""
     with opened(browser, server) as page:
@@ -134,6 +144,7 @@ def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server
 HELD_KEYS = 20
 
 
+@pytest.mark.any_device
 def test_steps_before_and_after_are_shown_together(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         take_command(page)
@@ -200,7 +211,9 @@ def test_a_page_that_falls_silent_is_stopped(
 SILENT_S = 1.0
 
 
-@pytest.mark.parametrize("how", ["button", "Esc", "closed page"])
+@pytest.mark.parametrize(
+    "how", ["button", pytest.param("Esc", marks=(pytest.mark.smoke, pytest.mark.smoke_image)), "closed page"]
+)
 def test_a_jog_is_stopped(servo: Bench, server: Server, browser: Browser, listener: Listener, how: str) -> None:
     with opened(browser, server) as page:
         other = page.context.new_page()  # of the same site, so that it can read when the page went
@@ -226,6 +239,7 @@ def test_a_jog_is_stopped(servo: Bench, server: Server, browser: Browser, listen
         check_stopped(servo, how, listener.first_after(began))
 
 
+@pytest.mark.any_device
 def test_the_plots_are_zoomed_with_the_keyboard(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 500")), "samples")
@@ -245,6 +259,7 @@ def test_the_plots_are_zoomed_with_the_keyboard(servo: Bench, server: Server, br
 SHOWN = "trackservo.plots.shown()"
 
 
+@pytest.mark.any_device
 def test_a_viewers_page_stops_nothing_but_its_button_does(
     servo: Bench, server: Server, browser: Browser, listener: Listener
 ) -> None:
@@ -258,29 +273,14 @@ def test_a_viewers_page_stops_nothing_but_its_button_does(
         viewer.reload()
         wait_for_text(viewer.locator("#who"), "commands since")
         wait_for(lambda: viewer.evaluate("trackservo.plots.frames") > 3, "the viewer's plots are drawn")
-        keep_enabled(page, before)
+        enable_again(page, before)
         listener.stops.clear()
         remember(viewer, "click")
         viewer.locator("#stop").click()
         check_stopped(servo, "a viewer's button", listener.first_after(seen(viewer)))
 
 
-def stops_shown(page: Page) -> list[str]:
-    """Events about stops, newest first."""
-    return page.locator("#events li", has_text="stop:").all_text_contents()
-
-
-def keep_enabled(page: Page, before: int) -> None:
-    """The axis is enabled still, or was stopped because an overloaded computer kept the commanding page silent for a second:
-    then it is enabled again. A stop for any other reason fails."""
-    stops = stops_shown(page)
-    new = stops[: len(stops) - before]
-    assert all("the page that commands is silent" in stop for stop in new), new
-    if new:
-        wait_for_state(page, "switch on disabled")
-        enable(page)
-
-
+@pytest.mark.any_device
 def test_a_jog_ends_when_its_tab_is_hidden(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         command_and_enable(page)

@@ -29,7 +29,7 @@ from servoctl.ui.server import Site, listen, web_server
 from .conftest import Bench
 from .page_bench import STANDSTILL_DEG_S, STOP_S, wait_for
 
-pytestmark = pytest.mark.real_time
+pytestmark = [pytest.mark.real_time, pytest.mark.any_device]
 SLOW_S = 1.0
 """Of a job that others wait for."""
 AFTERWARDS_S = 0.5

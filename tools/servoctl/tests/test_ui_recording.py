@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 from pathlib import Path
 
+import pytest
 import numpy as np
 from playwright.sync_api import Browser, Page
 
@@ -28,6 +29,7 @@ from .page_bench import (
 )
 
 __all__ = ["bench", "browser", "server", "servo"]
+pytestmark = pytest.mark.any_device
 RECORDED_S = 2
 
 

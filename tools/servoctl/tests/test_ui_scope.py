@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from playwright.sync_api import Browser
 
 from .conftest import Bench
@@ -58,6 +59,7 @@ def test_a_jog_triggers_the_scope_and_the_capture_is_shown(
         assert np.max(np.abs(torque)) > 0.0
 
 
+@pytest.mark.any_device
 def test_a_forced_trigger_and_a_wrong_request(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         take_command(page)

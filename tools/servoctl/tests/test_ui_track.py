@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import Browser, Page
 
 from servoctl.parameter import AXES
@@ -88,6 +89,7 @@ def test_a_target_is_cued_followed_lost_and_left(servo: Bench, server: Server, b
         wait_for(lambda: bool(servo.json("get", *MAPPING) == before), "the mapping of RPDO4 is restored")
 
 
+@pytest.mark.any_device
 def test_without_a_camera_the_axes_stay_and_the_page_says_why(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         command_and_enable(page)
