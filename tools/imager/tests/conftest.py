@@ -1,7 +1,8 @@
 """The programs under test, and a served servo.
 
-SIM_HOST and NODE_DESCRIPTIONS name the program and the folder with parameters.json; without them those of build/host
-are used.
+SERVOCTL_TEST_DEVICE selects the servo as for the tests of servoctl: `sim`, or `image` for the tests that are marked
+smoke_image; all others need pictures, which only the simulator renders. SIM_HOST, EMULATE_BOARD, TARGET_IMAGE and
+NODE_DESCRIPTIONS name the built programs and files; without them those of build are used.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +19,14 @@ PACKAGE = Path(__file__).resolve().parents[1]
 ROOT = PACKAGE.parents[1]
 SIM_HOST = os.environ.get("SIM_HOST", str(ROOT / "build/host/bin/sim_host"))
 DESCRIPTIONS = Path(os.environ.get("NODE_DESCRIPTIONS", str(ROOT / "build/host/share/trackservo")))
+SERVERS = {
+    "sim": [SIM_HOST, "serve"],
+    "image": [
+        os.environ.get("EMULATE_BOARD", str(ROOT / "build/host/bin/emulate_board")),
+        os.environ.get("TARGET_IMAGE", str(ROOT / "build/stm32g474/bin/trackservo.bin")),
+    ],
+}
+SERVER = SERVERS[os.environ.get("SERVOCTL_TEST_DEVICE", "sim")]
 SCENARIO = ROOT / "sim_host/scenarios/tracking.toml"
 
 
@@ -44,12 +55,20 @@ def run_imager(folder: Path, *arguments: str, timeout: float = 60.0) -> Result:
     return Result(done.returncode, done.stdout, done.stderr)
 
 
+def wait_until(condition: Callable[[], bool], seconds: float = 10.0) -> None:
+    """And no longer."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f"not within {seconds} s"
+        time.sleep(0.02)
+
+
 class Serving:
-    """`sim_host serve` with these options, until the end of the `with` block."""
+    """A servo with these options, until the end of the `with` block."""
 
     def __init__(self, *options: str) -> None:
         self.process = subprocess.Popen(
-            [SIM_HOST, "serve", "--until-stdin-ends", "--bus", "slcan-tcp:0", *options],
+            [*SERVER, "--until-stdin-ends", "--bus", "slcan-tcp:0", *options],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
         self.lines: list[str] = []
@@ -60,7 +79,7 @@ class Serving:
             if line == "ready\n":
                 return self
             self.lines.append(line.strip())
-        raise AssertionError(f"sim_host serve has ended: {self.lines}")
+        raise AssertionError(f"{SERVER} has ended: {self.lines}")
 
     def __exit__(self, *_: object) -> None:
         assert self.process.stdin is not None

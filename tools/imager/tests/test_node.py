@@ -15,7 +15,7 @@ from servoctl.tracking import FRAME
 
 from imager.camera_frame import AGE, CAMERA_ID, NODE_CLOCK, TIME_S, FrameSender, Result
 
-from .conftest import DESCRIPTIONS, SCENARIO, Serving, run_imager
+from .conftest import DESCRIPTIONS, SCENARIO, Serving, run_imager, wait_until
 
 FORMATS = {"INTEGER16": "h", "UNSIGNED16": "H", "UNSIGNED8": "B"}
 
@@ -38,6 +38,7 @@ def test_the_mapping_is_that_of_the_nodes_dictionary() -> None:
     assert names == [f"Camera {what}" for what in ("error x", "error y", "exposure", "quality", "frame counter")]
 
 
+@pytest.mark.smoke_image
 def test_the_node_takes_the_frames_and_afterwards_its_rpdo_is_as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     with Serving() as served, Device(parse_bus(served.bus), 1) as device:
@@ -47,13 +48,13 @@ def test_the_node_takes_the_frames_and_afterwards_its_rpdo_is_as_before(tmp_path
             sender.send(Result(-123e-6, 456e-6, 0.0321, 88))
             frame = next(message for message in iter(lambda: listener.recv(5.0), None) if _is_ours(message))
             assert bytes(frame.data) == struct.pack("<hhHBB", -123, 456, 3210, 88, 1)
-            time.sleep(0.1)
+            wait_until(lambda: sender.report().taken == 1)
             taken = [device.read_int(mapped >> 16, mapped >> 8 & 0xFF, signed=i < 2) for i, mapped in enumerate(FRAME)]
             assert taken == [-123, 456, 3210, 88, 1]
             report = sender.report()
             assert (report.taken, report.dropped, report.age_ms) == (1, 0, 32)
             sender.send(Result(0.0, 0.0, 0.2, 88))
-            time.sleep(0.1)
+            wait_until(lambda: sender.report().dropped == 1)
             assert (sender.report().dropped, sender.report().last_drop) == (1, 2)  # older than 127 ms
         after = [device.upload(*where) for where in ((0x1403, 1), (0x1603, 0), (0x1603, 1), (0x3071, 5))]
         assert after == before
