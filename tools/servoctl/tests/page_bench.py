@@ -80,16 +80,23 @@ def servo(bench: Bench) -> Bench:
     return bench
 
 
-@pytest.fixture
-def listener(bench: Bench) -> Iterator[Listener]:
-    """From the beginning of the test."""
-    found = Listener(open_bus(parse_bus(bench.bus)))
+@contextmanager
+def listening(bus: str) -> Iterator[Listener]:
+    """Within a `with` block."""
+    found = Listener(open_bus(parse_bus(bus)))
     thread = threading.Thread(target=found.run)
     thread.start()
     yield found
     found.end.set()
     thread.join()
     found.bus.shutdown()
+
+
+@pytest.fixture
+def listener(bench: Bench) -> Iterator[Listener]:
+    """From the beginning of the test."""
+    with listening(bench.bus) as found:
+        yield found
 
 
 @dataclass

@@ -18,7 +18,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
 from .conftest import CHROMIUM, SIM_HOST, Bench
-from .page_bench import Server, opened, running, wait_for
+from .page_bench import Server, opened, rate, running, wait_for
 
 SETTLED_S = 60.0
 """Memory counts from here on."""
@@ -64,6 +64,7 @@ def stream(browser: Browser, minutes: float) -> list[Look]:
         bench = Bench("slcan-tcp:127.0.0.1:9", Path(folder))
         bench.environment["SIM_HOST"] = SIM_HOST
         with running(bench, "--demo") as server, opened(browser, server) as page:
+            wait_for(lambda: abs(rate(page)) > 1.0, "the axis moves")
             wait_for(lambda: page.evaluate("trackservo.plots.frames") > 30, "the plots are drawn")
             inspector = page.context.new_cdp_session(page)
             begun_s = time.monotonic()

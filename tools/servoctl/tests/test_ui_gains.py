@@ -37,6 +37,7 @@ def saved(page: Page, folder: Path) -> Path:
 
 
 def test_a_gain_file_is_saved_compared_written_and_undone(servo: Bench, server: Server, browser: Browser, tmp_path: Path) -> None:
+    """One of another machine, or with an error, is said so."""
     with opened(browser, server) as page:
         path = saved(page, tmp_path)
         assert servo("diff", str(path)).code == 0  # the command line reads it
@@ -59,12 +60,6 @@ def test_a_gain_file_is_saved_compared_written_and_undone(servo: Bench, server: 
         press(page.get_by_role("button", name="Undo last change"))
         wait_for(lambda: bool(servo.value(GAIN) == before), "undone")
 
-
-def test_a_file_of_another_machine_or_with_an_error_is_said_so(
-    servo: Bench, server: Server, browser: Browser, tmp_path: Path
-) -> None:
-    with opened(browser, server) as page:
-        path = saved(page, tmp_path)
         serial = next(line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("serial"))
         path.write_text(path.read_text(encoding="utf-8").replace(serial, "serial = 123456789"), encoding="utf-8")
         page.locator("#gain-file").set_input_files(path)

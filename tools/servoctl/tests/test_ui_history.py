@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Browser
 
 from .page_bench import browser
-from .test_ui_access import Server, local
+from .test_page_access import Server, local
 
 __all__ = ["browser", "local"]
 SHOWN_S = 60.0
