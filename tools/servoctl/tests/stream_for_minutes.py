@@ -63,7 +63,7 @@ def stream(browser: Browser, minutes: float) -> list[Look]:
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench("slcan-tcp:127.0.0.1:9", Path(folder))
         bench.environment["SIM_HOST"] = SIM_HOST
-        with running(bench, "--demo") as server, opened(browser, server) as page:
+        with running(bench, "--demo") as server, opened(browser, server, draws_rarely=False) as page:
             wait_for(lambda: abs(rate(page)) > 1.0, "the axis moves")
             wait_for(lambda: page.evaluate("trackservo.plots.frames") > 30, "the plots are drawn")
             inspector = page.context.new_cdp_session(page)

@@ -199,7 +199,7 @@ def test_a_jog_is_stopped(servo: Bench, server: Server, browser: Browser, listen
             wait_for(lambda: other.evaluate("localStorage.getItem('left')") is not None, "the page goes")
             began = float(other.evaluate("localStorage.getItem('left')")) / 1e3
             print(f"closed page: the browser took {1e3 * (began - called):.0f} ms to begin")
-        check_stopped(servo, how, listener.first_after(began))
+        check_stopped(servo, how, listener, began)
 
 
 @pytest.mark.any_device
@@ -240,7 +240,7 @@ def test_a_viewers_page_stops_nothing_but_its_button_does(
         listener.stops.clear()
         remember(viewer, "click")
         viewer.locator("#stop").click()
-        check_stopped(servo, "a viewer's button", listener.first_after(seen(viewer)))
+        check_stopped(servo, "a viewer's button", listener, seen(viewer))
 
 
 @pytest.mark.any_device

@@ -82,7 +82,7 @@ def test_an_axis_is_identified_and_tuned_in_steps_that_can_be_left(
         wait_for(lambda: page.evaluate("trackservo.plots.signals.length") == 3, "the plot shows what is recorded")
         remember(page, "keydown")
         page.keyboard.press("Escape")
-        check_stopped(servo, "Esc during the first look", listener.first_after(seen(page)))
+        check_stopped(servo, "Esc during the first look", listener, seen(page))
         wait_for_text(page.locator("#co-note"), "first look: left; it can be taken up again")
 
         page.reload()  # taken up by another page
