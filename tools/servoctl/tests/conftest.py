@@ -36,7 +36,7 @@ EMULATE_BOARD = os.environ.get("EMULATE_BOARD", str(BUILD / "bin" / "emulate_boa
 IMAGE = os.environ.get("TARGET_IMAGE", str(ROOT / "build" / "stm32g474" / "bin" / "trackservo.bin"))
 SERVERS = {"sim": [SIM_HOST, "serve"], "image": [EMULATE_BOARD, IMAGE]}
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
-FAST = {"sim": "8", "image": "3"}[DEVICE] if DEVICE in SERVERS else ""
+FAST = {"sim": "4", "image": "3"}[DEVICE] if DEVICE in SERVERS else ""
 """Times real time, for tests that need no set-points from the computer; the pace that one core can emulate."""
 PARAMETERS = Path(os.environ.get("PARAMETERS_JSON", str(BUILD / "share" / "trackservo" / "parameters.json")))
 TEST_NODE = os.environ.get("CANOPEN_TEST_NODE", str(BUILD / "bin" / "canopen_test_node"))
@@ -54,7 +54,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Function]) -> None:
-    """At the image: the tests that start it and are about it. All others see the same without it."""
+    """At the image: the tests that start it and are about it. All others see the same without it. With --dist loadgroup all
+    tests with a browser run one after the other: they share it, and its server."""
+    for item in items:
+        if "chromium" in item.fixturenames:
+            item.add_marker(pytest.mark.xdist_group("browser"))
     if DEVICE != "image":
         return
     chosen = [item for item in items if "serving" in item.fixturenames and not item.get_closest_marker("any_device")]

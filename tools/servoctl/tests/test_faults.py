@@ -75,8 +75,10 @@ def lagging(servo: Bench, eventually: Eventually) -> Iterator[Bench]:
     assert servo("faults", "--clear").code == 0
     window, time_out = "pitch.following_error_window", "pitch.following_error_time_out"
     before = {name: servo.value(name) for name in (window, time_out)}
-    move = servo.start("move", "pitch", "--by", "10", "--rate", "2", "--yes")
-    eventually(lambda: servo.json("state", "pitch")["axes"][0]["rate_deg_s"] > 1.5, 30)
+    servo.json("move", "pitch", "--to", "0", "--rate", "20", "--yes")
+    move = servo.start("move", "pitch", "--to", "60", "--rate", "2", "--yes")  # long enough for a busy computer
+    eventually(lambda: move.poll() is not None or servo.json("state", "pitch")["axes"][0]["rate_deg_s"] > 1.5, 30)
+    assert move.poll() is None, move.communicate()
     servo.json("set", f"{window}=1", f"{time_out}=0")
     eventually(lambda: servo.json("state", "pitch")["axes"][0]["state"] == "fault", 30)
     assert move.wait(timeout=60) == 6
