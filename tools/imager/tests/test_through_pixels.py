@@ -22,10 +22,10 @@ from servoctl.drive import Drive
 
 from .conftest import SCENARIO, Serving, environment, wait_until
 
-SECONDS = float(os.environ.get("IMAGER_TEST_SECONDS", "12"))
+SECONDS = float(os.environ.get("IMAGER_TEST_SECONDS", "8"))
 SEEDS = [int(text) for text in os.environ.get("IMAGER_TEST_SEEDS", "1").split()]
-SPEED = float(os.environ.get("IMAGER_TEST_SPEED", "1"))
-SETTLING_S = 5.0
+SPEED = float(os.environ.get("IMAGER_TEST_SPEED", "0.5"))
+SETTLING_S = 4.0
 REQUIRED_URAD = 10.0
 PP, TRACKING = 1, -1
 SLEW_RAD_S = 0.3

@@ -53,6 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
         pytest.exit(f"SERVOCTL_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.", returncode=4)
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Function]) -> None:
     """At the image: the tests that start it and are about it. All others see the same without it. With --dist loadgroup all
     tests with a browser run one after the other: they share it, and its server."""

@@ -240,9 +240,12 @@ def command_and_enable(page: Page, axis: str = "azimuth") -> None:
 
 
 def enable(page: Page, axis: str = "azimuth") -> None:
-    """By the button."""
+    """By the button; again, if an overloaded computer keeps the page silent meanwhile."""
+    before = len(stops_shown(page))
+    state = card(page, axis).locator(".state")
     press(card(page, axis).get_by_role("button", name="Enable"))
-    wait_for_state(page, "operation enabled", axis)
+    wait_for(lambda: "operation enabled" in (state.text_content() or "") or len(stops_shown(page)) > before, "enabled")
+    enable_again(page, before, axis)
 
 
 def wait_for_state(page: Page, state: str, axis: str = "azimuth") -> None:

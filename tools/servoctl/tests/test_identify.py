@@ -67,8 +67,10 @@ def as_before(bench: Bench, before: list[Any]) -> bool:
     return values(bench, BORROWED) == before
 
 
-def experiment_runs(bench: Bench) -> bool:
-    return bool(bench.json("get", "0x2100:2")[0]["value"] == 1)
+def wait_for_experiment(bench: Bench, process: subprocess.Popen[str], eventually: Eventually) -> None:
+    """Until the device runs one for the process."""
+    eventually(lambda: process.poll() is not None or bench.json("get", "0x2100:2")[0]["value"] == 1, 120)
+    assert process.poll() is None, process.communicate()
 
 
 def test_one_command_finds_the_axis_and_leaves_it_as_it_was(own_machine: tuple[Bench, Served]) -> None:
@@ -140,7 +142,7 @@ def test_an_interrupt_ends_the_experiment_and_puts_all_back(machine: Bench, even
     before, gains = values(machine, BORROWED), machine.json("get")
     machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    eventually(lambda: experiment_runs(machine), 120)
+    wait_for_experiment(machine, process, eventually)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, (out, err)
@@ -165,7 +167,7 @@ def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> 
     before = values(machine, BORROWED)
     machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    eventually(lambda: experiment_runs(machine), 120)
+    wait_for_experiment(machine, process, eventually)
     machine.json("state", "azimuth", "disable")  # by another client
     out, err = process.communicate(timeout=60)
     assert process.returncode == 6 and "azimuth is in" in err, (out, err)
@@ -176,7 +178,7 @@ def test_a_bus_that_goes_away_is_reported_in_one_sentence(own_machine: tuple[Ben
     machine, served = own_machine
     machine.environment["SHORT_FAULT"] = "long"
     running = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    eventually(lambda: experiment_runs(machine), 120)
+    wait_for_experiment(machine, running, eventually)
     served.process.kill()
     _, err = running.communicate(timeout=30)
     assert running.returncode == 3 and err.startswith("servoctl: ") and err.count("\n") == 1, err
@@ -189,7 +191,7 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(
     before = values(machine, BORROWED)
     machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    eventually(lambda: experiment_runs(machine), 120)
+    wait_for_experiment(machine, process, eventually)
     process.kill()
     process.wait()
     eventually(lambda: axis_state(machine)["state"] == "fault" and abs(axis_state(machine)["rate_deg_s"]) < 0.1, 15.0)
@@ -322,7 +324,9 @@ def test_a_design_that_changes_the_motor_asks_for_unlock_before_it_moves_and_tak
     shown = tunable(*TUNE, "--dry-run")
     assert shown.code == 0 and motor in shown.err and "--unlock" in shown.err
     refused = tunable(*TUNE, "--gain-margin-db", "8", "--yes")
-    assert refused.code == 2 and motor in refused.err and "--unlock" in refused.err and refused.err.count("\n") == 1
+    *notes, sentence = refused.err.splitlines()
+    assert refused.code == 2 and motor in sentence and "--unlock" in sentence, refused
+    assert len(notes) == 1 and "identified plant" in notes[0], notes
     assert (tunable.value(motor), values(tunable, GAINS)) == (before, gains)
     assert "will move" not in refused.out
     done = tunable(*TUNE, "--gain-margin-db", "8", "--yes", "--unlock", "--json")

@@ -27,7 +27,7 @@ from servoctl.ui.jobs import Jobs
 from servoctl.ui.server import Site, listen, web_server
 
 from .conftest import Bench
-from .page_bench import POLL_S, STANDSTILL_DEG_S, check_stopped, listening, wait_for
+from .page_bench import POLL_S, STANDSTILL_DEG_S, check_stopped, listening, standing, wait_for
 
 pytestmark = [pytest.mark.real_time, pytest.mark.any_device]
 SLOW_S = 1.0
@@ -176,7 +176,7 @@ def test_what_waits_when_stop_comes_is_refused(server: Server, order: dict[str, 
 def test_a_running_step_is_stopped(servo: Bench, server: Server) -> None:
     with server.page() as page, listening(servo.bus) as listener:
         stepping = page.send("step", axis=0, amplitude_deg_s=1.0, hold_s=4.0)
-        wait_for(lambda: abs(server.axis()["rate_deg_s"]) > 0.5, "the step runs")
+        wait_for(lambda: abs(standing(servo)["rate_deg_s"]) > 0.5, "the step runs")
         begun = time.time()
         page.send("stop")
         check_stopped(servo, "stop during a step", listener, begun)
