@@ -29,7 +29,9 @@ SETTLING_S = 4.0
 REQUIRED_URAD = 10.0
 PP, TRACKING = 1, -1
 SLEW_RAD_S = 0.3
-ON_TARGET = 3
+ON_TARGET, COASTING = 3, 4
+STANDS_STILL_MS = 40.0
+"""A computer that delays a picture for longer does something else; the node then coasts for want of frames."""
 
 
 def slew(device: Device, angles_rad: tuple[float, float]) -> None:
@@ -90,10 +92,13 @@ def test_a_target_is_held_through_pixels(tmp_path: Path, seed: int) -> None:
         f"seed {seed}: true error of the line of sight, 1σ: {sigmas[0]:.2f} and {sigmas[1]:.2f} µrad;"
         f" lost {lost.group(1)} times; centroid noise {noise.group(1)} µrad"
     )
-    assert states == {ON_TARGET}, "the node coasted, or lost the target"
+    longest = re.search(r"delay, .* maximum ([\d.]+) ms", out)
+    assert longest is not None
+    stood_still = float(longest.group(1)) > STANDS_STILL_MS
+    assert states <= ({ON_TARGET, COASTING} if stood_still else {ON_TARGET}), "the node coasted, or lost the target"
     assert max(sigmas) < REQUIRED_URAD
     frames = re.search(r"frames: (\d+) sent, (\d+) taken and (\d+) dropped", out)
     assert frames is not None
     sent, taken, dropped = (int(text) for text in frames.groups())
-    assert dropped <= 0.01 * sent  # a computer that stands still for longer than 127 ms
+    assert dropped <= (0.05 if stood_still else 0.0) * sent
     assert taken >= 0.9 * sent  # none before the node is operational
