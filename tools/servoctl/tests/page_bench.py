@@ -1,7 +1,7 @@
 """What the tests of the page share: its server, the browser, a listener on the bus, and waits for conditions.
 
-The server, its folder and the browser serve all tests that do not end them. Waits poll every 20 ms: those of Playwright
-double their pause up to 1 s.
+The server and the folder of a module serve all of its tests that do not end them; the browser serves all modules. Waits
+poll every 20 ms: those of Playwright double their pause up to 1 s.
 """
 
 from __future__ import annotations
@@ -78,10 +78,10 @@ class Listener:
         raise AssertionError(f"no quick stop on the bus after the event; seen: {self.stops}")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def bench(serving: Serving, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
-    """At a servo in real time, in one folder for all: commands and the page's server take turns on the SDO channel by its
-    locks."""
+    """At a servo of the module in real time, in one folder: commands and the page's server take turns on the SDO channel by
+    its locks."""
     with serving() as served:
         yield Bench(served.address, tmp_path_factory.mktemp("page"))
     assert served.process.returncode == 0
@@ -149,7 +149,7 @@ def running(servo: Bench, *options: str) -> Iterator[Server]:
         assert "Traceback" not in error, error
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def server(bench: Bench) -> Iterator[Server]:
     """For all tests that do not end it."""
     bring_to_rest(bench)
