@@ -15,7 +15,7 @@ from imager.sources import PgmSource
 from .conftest import SCENARIO, SIM_HOST, Serving, wait_until
 
 UNREAD_MS = 3000
-"""The pictures of this time fill every buffer on their way."""
+"""The pictures of this time fill every buffer between sender and reader."""
 VIDEO = ("--target", str(SCENARIO), "--video", "pgm-tcp:0")
 
 

@@ -57,7 +57,7 @@ class Listener:
             if axis and bytes(message.data[:2]) == b"\x02\x00":
                 self.stops.append((time.time(), axis))
 
-    def watch_the_computer(self) -> None:
+    def measure_lateness(self) -> None:
         while not self.end.is_set():
             begun = time.time()
             time.sleep(POLL_S)
@@ -98,7 +98,7 @@ def servo(bench: Bench) -> Bench:
 def listening(bus: str) -> Iterator[Listener]:
     """Within a `with` block."""
     found = Listener(open_bus(parse_bus(bus)))
-    threads = [threading.Thread(target=loop) for loop in (found.run, found.watch_the_computer)]
+    threads = [threading.Thread(target=loop) for loop in (found.run, found.measure_lateness)]
     for thread in threads:
         thread.start()
     yield found
