@@ -18,7 +18,7 @@ typedef struct {
 void clock_check_start(void);
 
 /* Measures the clock. Call from the background, every 100 ms; takes 25 us and the interrupts of that time. `failed`
- * becomes true after three wrong measurements, until one is right. */
+ * becomes true after 3 wrong measurements, or 50 spoilt ones, until one is right. */
 void clock_check_step(clock_check *check);
 
 #endif

@@ -3,8 +3,8 @@
 # shellcheck disable=SC2034,SC2154
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
-firmware_steps="sanitized short image lint long firmware asan coverage attack mutate proofs fuzz cortex-m4 reproducible socketcan tidy python servoctl servoctl-image check"
-simulator_steps="short lint long asan attack fuzz cortex-m4 socketcan tidy cppcheck python servoctl servoctl-image check"
+firmware_steps="sanitized short clients image lint long asan coverage attack mutate proofs fuzz cortex-m4 reproducible socketcan tidy python servoctl servoctl-image check"
+simulator_steps="short clients lint long asan attack fuzz cortex-m4 socketcan tidy cppcheck python servoctl servoctl-image check"
 
 # By the kind of the file.
 steps_of_kind() {
@@ -45,7 +45,7 @@ steps_of_place() {
     docs/images/*) echo short:test_docs ;;
 
     firmware/*/tests/*.cpp) echo short asan ;;
-    firmware/*/tests/*.c | hal/*/tests/*.c) echo sanitized firmware coverage mutate cortex-m4 ;;
+    firmware/*/tests/*.c | hal/*/tests/*.c) echo sanitized coverage mutate cortex-m4 ;;
     hal/stm32g474/openocd.cfg) ;;
     hal/stm32g474/*.ld) echo image short long servoctl-image check ;;
     hal/cortex_m4_qemu/*.ld) echo cortex-m4 ;;
@@ -65,7 +65,7 @@ steps_of_place() {
     tests/ros2/*.py | tools/ros2/*.py) echo long:ros2_bus ;;
     tests/socketcan/*) echo socketcan ;;
     tests/target/*.py) echo short:emulate_board long:first_power_up ;;
-    tests/real_time.args) echo short long socketcan servoctl servoctl-image ;;
+    tests/real_time.args) echo short long clients socketcan servoctl servoctl-image ;;
     tests/gate/*.py) echo check ;;
     tests/proofs/*) echo proofs ;;
     tests/fuzz/*.py) echo python ;;
@@ -74,13 +74,13 @@ steps_of_place() {
     tests/cortex_m4/*.sh | tests/cortex_m4/*.py) echo cortex-m4 ;;
     tests/target/probes/*) echo short:test_core ;;
     tests/cortex_m4/*.[ch]*) echo cortex-m4 short ;;
-    tests/store/*.c) echo sanitized firmware coverage mutate ;;
-    tests/*.[ch] | tests/*.[ch]pp) echo sanitized short long firmware asan coverage mutate cortex-m4 fuzz servoctl check ;;
+    tests/store/*.c) echo sanitized coverage mutate ;;
+    tests/*.[ch] | tests/*.[ch]pp) echo sanitized short long asan coverage mutate cortex-m4 fuzz servoctl check ;;
 
     tools/demo | tools/lib/build_progress.sh) echo python ;;
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;
     tools/update-docs) ;;
-    tools/imager/*) echo servoctl ;;
+    tools/imager/*) echo clients servoctl servoctl-image ;;
     tools/image/*) echo image short long reproducible servoctl-image check ;;
     tools/minimax/*.py) ;;
     tools/mutate | tools/mutation/*) echo mutate python ;;
@@ -88,7 +88,7 @@ steps_of_place() {
     tools/misra/*) echo lint cppcheck ;;
     tools/registers/*) echo image ;;
     tools/report/*) echo python ;;
-    tools/servoctl/*) echo servoctl servoctl-image page-image socketcan short long ;;
+    tools/servoctl/*) echo clients servoctl servoctl-image socketcan short long ;;
     tools/source_checks/*) echo includes python ;;
     *) echo all ;;
   esac

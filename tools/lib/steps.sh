@@ -213,35 +213,42 @@ step_readme() {
   "$venv/bin/python" tests/readme/run_readme.py "${cache[@]}"
 }
 
-# commands_tests N: N at a time.
-commands_tests() {
-  "$venv/bin/python" -m pytest "@$root/tests/real_time.args" -n "$1" --ignore-glob '*/test_ui*.py'
+# client_tests CLIENT OPTION...: those of tools/CLIENT.
+client_tests() {
+  (cd "tools/$1" && "$venv/bin/python" -m pytest "@$root/tests/real_time.args" "${@:2}")
 }
 
-# One at a time: a browser, a server and a servo in real time keep two cores busy.
-page_tests() {
-  "$venv/bin/python" -m pytest "@$root/tests/real_time.args" tests/test_ui*.py
+# servoctl_tests OPTION...: three at a time, of which one has the browser; most of them wait for a motion.
+servoctl_tests() {
+  client_tests servoctl -n 3 --dist loadgroup "$@"
+}
+
+# build_clients_devices TARGET...: what the tests of the clients start, beside these targets.
+build_clients_devices() {
+  cmake --preset host &&
+    cmake --build --preset host --target sim_host node_descriptions canopen_test_node print_test_eds identify "$@"
+}
+
+build_image() {
+  cmake --preset stm32g474 && cmake --build --preset stm32g474
+}
+
+step_clients() {
+  build_image && build_clients_devices emulate_board &&
+    servoctl_tests -m smoke && client_tests imager -m smoke &&
+    SERVOCTL_TEST_DEVICE=image client_tests servoctl -m smoke_image && SERVOCTL_TEST_DEVICE=image client_tests imager -m smoke_image
 }
 
 step_servoctl() {
-  cmake --preset host &&
-    cmake --build --preset host --target sim_host node_descriptions canopen_test_node print_test_eds identify &&
-    (cd tools/servoctl && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy" &&
-      commands_tests 4 && page_tests) &&
-    (cd tools/imager && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy-imager" &&
-      "$venv/bin/python" -m pytest "@$root/tests/real_time.args" -n 2)
+  build_clients_devices &&
+    (cd tools/servoctl && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy") &&
+    (cd tools/imager && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy-imager") &&
+    servoctl_tests && client_tests imager -n 2
 }
 
 step_servoctl-image() {
-  cmake --workflow --preset stm32g474 && cmake --preset host &&
-    cmake --build --preset host --target emulate_board node_descriptions canopen_test_node print_test_eds identify &&
-    (cd tools/servoctl && SERVOCTL_TEST_DEVICE=image commands_tests 3)
-}
-
-step_page-image() {
-  cmake --workflow --preset stm32g474 && cmake --preset host &&
-    cmake --build --preset host --target emulate_board node_descriptions &&
-    (cd tools/servoctl && SERVOCTL_TEST_DEVICE=image page_tests)
+  build_image && build_clients_devices emulate_board &&
+    SERVOCTL_TEST_DEVICE=image servoctl_tests && SERVOCTL_TEST_DEVICE=image client_tests imager -m smoke_image
 }
 
 step_check() {
