@@ -49,7 +49,7 @@ def test_the_version_is_written_once(descriptions, node):
     assert named <= others
 
 
-def test_every_fault_has_all_its_words_and_names_limits_that_exist(descriptions):
+def test_every_fault_has_all_its_texts_and_names_limits_that_exist(descriptions):
     faults = json.loads((descriptions / "faults.json").read_text())["faults"]
     assert [fault["number"] for fault in faults] == list(range(1, len(faults) + 1))
     assert len({fault["name"] for fault in faults}) == len(faults)

@@ -89,7 +89,7 @@ static void test_the_same_settings_are_not_written_again(void) {
   TEST_ASSERT_EQUAL(operations, model.operations);
 }
 
-static void test_the_defaults_are_written_when_they_are_requested_for(void) {
+static void test_the_defaults_are_written_when_they_are_requested(void) {
   const bus_settings other_defaults = {.node_id = 9, .kbit_s = 125};
   bus_settings_log_open(&saved, &flash, &other_defaults);
   TEST_ASSERT_TRUE(bus_settings_log_begin(&saved, &other_defaults));
@@ -380,7 +380,7 @@ int main(void) {
   RUN_TEST(test_what_was_saved_last_is_found_after_any_number_of_saves);
   RUN_TEST(test_a_save_never_waits_for_an_erase);
   RUN_TEST(test_the_same_settings_are_not_written_again);
-  RUN_TEST(test_the_defaults_are_written_when_they_are_requested_for);
+  RUN_TEST(test_the_defaults_are_written_when_they_are_requested);
   RUN_TEST(test_without_a_flash_they_are_kept_until_the_power_goes);
   RUN_TEST(test_a_flash_that_refuses_changes_nothing);
   RUN_TEST(test_a_flash_that_works_again_takes_the_next_settings);

@@ -10,7 +10,7 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-static void test_torque_mode_gives_exactly_the_torque_requested_for_within_the_limits(void) {
+static void test_torque_mode_gives_the_requested_torque_within_the_limits(void) {
   bench b = bench_at_rest();
   b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 3.0f};
   ticks(&b, 100);
@@ -175,7 +175,7 @@ static void test_closing_the_loop_on_a_turning_axis_gives_no_kick(void) {
   }
 }
 
-static void test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested_for(void) {
+static void test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested(void) {
   bench b = bench_at_rest();
   b.motor_limit_nm = 5.0;
   b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 1.0f}};
@@ -405,7 +405,7 @@ static void test_other_parameters_begin_nothing_while_the_loops_are_open(void) {
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_torque_mode_gives_exactly_the_torque_requested_for_within_the_limits);
+  RUN_TEST(test_torque_mode_gives_the_requested_torque_within_the_limits);
   RUN_TEST(test_a_protective_stop_gives_exactly_its_torque_within_the_current_limit);
   RUN_TEST(test_a_speed_loop_takes_over_from_torque_mode_without_a_step);
   RUN_TEST(test_a_state_that_is_no_number_switches_the_axis_off);
@@ -415,7 +415,7 @@ int main(void) {
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
   RUN_TEST(test_a_loop_that_is_closed_again_knows_nothing_of_before);
   RUN_TEST(test_closing_the_loop_on_a_turning_axis_gives_no_kick);
-  RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested_for);
+  RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested);
   RUN_TEST(test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_behind);
   RUN_TEST(test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick);
   RUN_TEST(test_an_encoder_without_an_answer_takes_the_torque_away_until_it_answers);

@@ -150,7 +150,7 @@ def test_a_folder_without_runs_and_margins_still_gives_a_page(changed: Callable[
     assert "holds no data for this figure" in (place / "report.html").read_text(encoding="utf-8")
 
 
-def test_an_unwritable_page_is_said(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unwritable_page_is_reported(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copytree(folder, tmp_path / "copy")
     (tmp_path / "copy" / "report.html").unlink()
     (tmp_path / "copy" / "report.html").mkdir()

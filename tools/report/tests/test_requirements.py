@@ -27,7 +27,7 @@ def test_both_axes_of_a_figure_share_a_line_and_the_worse_one_decides(folder: Pa
     assert spoiled is not None and "2.22 and 3.10 ✗" in spoiled
 
 
-def test_a_target_that_is_not_found_again_is_said_so(folder: Path) -> None:
+def test_a_target_that_is_not_found_again_is_reported(folder: Path) -> None:
     table = TABLES["requirements"](load_results(folder))
     assert table is not None
     assert "| pass at 88°, 500 m: time without the target, s | ≤ 1.153 | 4.61 ✗ | `sim_host passes` |" in table

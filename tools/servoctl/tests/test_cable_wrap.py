@@ -45,7 +45,7 @@ def test_the_time_that_an_angle_lasts() -> None:
     assert lasts_s(TRAVEL, radians(100.0), 0.0) == math.inf
 
 
-def test_a_choice_is_said() -> None:
+def test_a_choice_is_printed() -> None:
     assert turned_text(radians(270.0), 0) == ""
     assert turned_text(radians(270.0), -1) == " (270.000° − 360°, which lasts longer)"
 

@@ -95,7 +95,7 @@ def test_numbers_are_printed_short_and_exact(value: float, text: str) -> None:
 
 
 @pytest.mark.parametrize("text", [None, "", "can0", "slcan-tcp:host", "slcan-tcp:host:99999", "usb:1"])
-def test_a_wrong_bus_is_reported_what_would_be_right(text: str | None) -> None:
+def test_a_wrong_bus_is_refused_with_what_would_be_right(text: str | None) -> None:
     with pytest.raises(InputError, match="slcan-tcp:HOST:PORT"):
         parse_bus(text)
 

@@ -50,7 +50,7 @@ def test_no_loss_of_up_to_four_frames_mixes_two_ticks() -> None:
             assert len(found) >= 4 - 2 * count
 
 
-def test_a_tick_that_the_sender_lets_out_is_a_gap_in_time() -> None:
+def test_a_tick_that_the_sender_skips_is_a_gap_in_time() -> None:
     ticks = [b"".join(frames_of(n)) for n in (65534, 65535, 0, 1, 5, 6)]
     found = decode(b"".join(ticks))
     assert np.diff(found.time_s) == pytest.approx([1e-3, 1e-3, 1e-3, 4e-3, 1e-3])

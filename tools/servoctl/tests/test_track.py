@@ -78,7 +78,7 @@ def test_a_lost_target_is_reported_and_ctrl_c_stops_in_control(servo: Bench) -> 
     assert states(servo) == ["switch on disabled"] * 2
 
 
-def test_a_target_outside_the_picture_is_said_so(servo: Bench) -> None:
+def test_a_target_outside_the_picture_is_reported(servo: Bench) -> None:
     with camera(servo) as target:
         target.visible = False
         found = servo(*cued("--seconds", "4", "--yes"))
