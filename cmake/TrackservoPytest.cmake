@@ -1,7 +1,6 @@
 # pytest, in the virtual environment that tools/setup makes.
 #
-# Many tests talk to a servo in real time, on machines that are shared: a test that fails is repeated twice at most, and
-# the summary lists each test that was repeated ("RERUN"). Their options are in tests/real_time.args, for tools/test, too.
+# Options of the tests that talk to a servo: tests/real_time.args, for tools/test, too.
 include_guard(DIRECTORY) # what it sets is of the folder that includes it
 include(TrackservoMissing)
 
