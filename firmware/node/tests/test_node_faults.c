@@ -685,7 +685,20 @@ static void test_a_bit_of_a_set_stops_the_axis_whose_set_it_is(void) {
   }
 }
 
-/* Both axes are written in the same ms, and once more. */
+/* As a stored set does that is loaded; in each ms, so that every part of the cycle meets it. */
+static void test_the_sets_of_both_axes_may_change_in_one_ms(void) {
+  for (int ms = 0; ms < 2 * GUARDED_SETS_CYCLE_MS; ++ms) {
+    for (int i = 0; i < SERVO_AXES; ++i) {
+      flip(&node.axis[i].tuning.active, 0);
+      node.axis[i].tuning.changes++;
+    }
+    wait_ms(1);
+    TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+    TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[1].drive.fault);
+  }
+}
+
+/* Both axes one after the other, and once more. */
 static void test_gains_limits_and_scales_that_are_written_are_no_fault(void) {
   for (int round = 0; round < 2; ++round) {
     const float share = round == 0 ? 1.0f : 0.9f;
@@ -739,6 +752,7 @@ int main(void) {
   RUN_TEST(test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_loaded_again);
   RUN_TEST(test_a_bit_of_the_scales_stops_both_axes);
   RUN_TEST(test_a_bit_of_a_set_stops_the_axis_whose_set_it_is);
+  RUN_TEST(test_the_sets_of_both_axes_may_change_in_one_ms);
   RUN_TEST(test_gains_limits_and_scales_that_are_written_are_no_fault);
   return UNITY_END();
 }
