@@ -59,13 +59,12 @@ steps_of_place() {
     tests/judges/*.py | tests/judges/*.toml) echo short:plant_against_mujoco ;;
     tests/command_line/*.py) echo short:command_line ;;
     tests/configure/*.py) echo long:configure ;;
-    tests/conformance/*.py) echo short:conformance ;;
-    tests/node/on_socketcan/*.py) echo socketcan ;;
-    tests/node/*.py) echo long:node socketcan ;;
+    tests/device/on_socketcan/*.py) echo socketcan ;;
+    tests/device/*.py) echo short:device short:device_image long:device_image socketcan ;;
     tests/ros2/*.py | tools/ros2/*.py) echo long:ros2_bus ;;
     tests/socketcan/*) echo socketcan ;;
     tests/target/*.py) echo short:emulate_board long:first_power_up ;;
-    tests/real_time.args) echo short long clients socketcan servoctl servoctl-image ;;
+    tests/real_time.args) echo short long clients servoctl servoctl-image ;;
     tests/gate/*.py) echo check ;;
     tests/proofs/*) echo proofs ;;
     tests/fuzz/*.py) echo python ;;

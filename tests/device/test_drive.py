@@ -1,0 +1,117 @@
+"""CiA 402: the power state machine by SDO and by PDO, stops and halt, with the masks of python-canopen's own profile."""
+
+import struct
+
+import pytest
+from axis import ENABLE, HALT, PV, TARGET_REACHED, Axis, state_of
+from device import NODE_ID
+
+AXES = pytest.mark.parametrize("shift", [0, 0x800], ids=["azimuth", "pitch"])
+
+
+@pytest.fixture
+def axis(node, master, shift):
+    """Either axis, in operational."""
+    return Axis(master, shift)
+
+
+@pytest.fixture
+def turning(axis):
+    axis.turn(2.0, settle_s=0)
+    axis.wait_until(lambda: abs(axis.rate_deg_s - 2.0) < 0.2)
+    return axis
+
+
+@AXES
+def test_starts_in_switch_on_disabled_without_torque(axis):
+    axis.wait_for_state("SWITCH ON DISABLED")
+    assert not axis.get(0x6041) & TARGET_REACHED or axis.get(0x6061) == 0
+
+
+TRANSITIONS = {
+    "shutdown": ([], 0x06, "READY TO SWITCH ON"),
+    "switch on": ([0x06], 0x07, "SWITCHED ON"),
+    "enable operation": ([0x06, 0x07], 0x0F, "OPERATION ENABLED"),
+    "switch on and enable at once": ([0x06], 0x0F, "OPERATION ENABLED"),
+    "disable operation": ([0x06, 0x07, 0x0F], 0x07, "SWITCHED ON"),
+    "shutdown from operation": ([0x06, 0x07, 0x0F], 0x06, "READY TO SWITCH ON"),
+    "disable voltage from operation": ([0x06, 0x07, 0x0F], 0x00, "SWITCH ON DISABLED"),
+    "disable voltage from switched on": ([0x06, 0x07], 0x00, "SWITCH ON DISABLED"),
+    "shutdown from switched on": ([0x06, 0x07], 0x06, "READY TO SWITCH ON"),
+    "quick stop from ready": ([0x06], 0x02, "SWITCH ON DISABLED"),
+    "halt changes no state": ([0x06, 0x07, 0x0F], 0x010F, "OPERATION ENABLED"),
+}
+
+
+@AXES
+@pytest.mark.parametrize("commands, controlword, expected", TRANSITIONS.values(), ids=TRANSITIONS)
+def test_6040_transition(axis, commands, controlword, expected):
+    names = {0x06: "READY TO SWITCH ON", 0x07: "SWITCHED ON", 0x0F: "OPERATION ENABLED"}
+    axis.wait_for_state("SWITCH ON DISABLED")
+    axis.set(PV, 0x6060)
+    for word in commands:
+        axis.command(word)
+        axis.wait_for_state(names[word])
+    axis.command(controlword)
+    axis.wait_for_state(expected)
+
+
+@AXES
+def test_6040_enable_operation_from_switch_on_disabled_does_nothing(axis, master):
+    axis.command(ENABLE)
+    master.pass_time(50)
+    assert axis.state == "SWITCH ON DISABLED"
+
+
+@AXES
+def test_605d_halt_stops_and_lets_go_on(turning):
+    turning.command(ENABLE | HALT)
+    turning.wait_until(lambda: abs(turning.rate_deg_s) < 0.05 and turning.get(0x6041) & TARGET_REACHED)
+    assert turning.state == "OPERATION ENABLED"
+    assert turning.mean_rate_deg_s(0.2) == pytest.approx(0.0, abs=0.02)
+    turning.command(ENABLE)
+    turning.wait_until(lambda: abs(turning.rate_deg_s - 2.0) < 0.2)
+
+
+@AXES
+def test_605a_6_quick_stop_holds_and_16_goes_on(turning):
+    turning.set(6, 0x605A)
+    turning.command(0x0B)
+    turning.wait_for_state("QUICK STOP ACTIVE")
+    turning.wait_for_standstill(0.5)
+    assert turning.state == "QUICK STOP ACTIVE"
+    turning.command(ENABLE)
+    turning.wait_for_state("OPERATION ENABLED")
+    turning.wait_until(lambda: abs(turning.rate_deg_s - 2.0) < 0.2)
+
+
+@AXES
+def test_quick_stop_ends_with_the_axis_off(turning):
+    turning.command(0x02)
+    turning.wait_for_state("SWITCH ON DISABLED", 0.5)
+    turning.wait_for_standstill(0.3)  # friction removes the rest of the loop's lag
+
+
+@AXES
+def test_nmt_stop_takes_the_torque_away_and_a_fault_reset_needs_a_rising_edge(master, axis):
+    axis.switch_on(PV)
+    for _ in range(2):  # the second time the bit is still set: it must not reset by its level
+        master.node.nmt.send_command(0x02)
+        master.wait_for_state(4)
+        master.start()
+        axis.wait_for_state("FAULT")
+        assert axis.get(0x603F) == 0x8100
+        axis.command(0x00)
+        master.pass_time(3)  # an edge needs a tick between the two
+        axis.command(0x80)
+        axis.wait_for_state("SWITCH ON DISABLED")
+        assert axis.get(0x603F) == 0
+
+
+@pytest.mark.smoke
+def test_6040_by_rpdo_leads_to_operation_and_6041_by_tpdo_is_what_sdo_reads(master, azimuth):
+    for controlword, state in ((0x06, "READY TO SWITCH ON"), (0x07, "SWITCHED ON"), (0x0F, "OPERATION ENABLED")):
+        master.send(0x200 + NODE_ID, controlword, 0, PV)
+        azimuth.wait_for_state(state)
+    master.forget()
+    assert state_of(struct.unpack_from("<H", master.wait_for(0x180 + NODE_ID)[-1])[0]) == azimuth.state
