@@ -227,22 +227,6 @@ void test_the_bit_rate_changes_when_it_is_activated() {
   expect_no_violations(rig);
 }
 
-void test_with_torque_nothing_is_changed() {
-  BoardRig rig(bench::tracker_plant());
-  boot(rig);
-  LssMaster master(rig);
-  rig.client.start_node();
-  TEST_ASSERT_TRUE(rig.client.enable(kCyclicVelocity));
-  master.switch_to(1);
-  master.expect({kConfigureNodeId, 9}, 255);
-  master.expect({kConfigureBitRate, 0, 4}, 255);
-  master.expect({kStore}, 255);
-  TEST_ASSERT_FALSE(master.ask({kActivateBitRate, 1, 0}).has_value());
-  rig.client.pass(50);
-  TEST_ASSERT_TRUE(rig.client.is_enabled(0) && rig.client.is_enabled(1));
-  expect_no_violations(rig);
-}
-
 void test_the_button_recovers_a_wrong_stored_bit_rate() {
   BoardRig rig(bench::tracker_plant());
   boot(rig);
@@ -348,7 +332,6 @@ int main() {
   RUN_TEST(test_a_board_without_node_id_is_found_by_fastscan_and_numbered);
   RUN_TEST(test_each_bit_rate_is_stored_and_no_other_is_understood);
   RUN_TEST(test_the_bit_rate_changes_when_it_is_activated);
-  RUN_TEST(test_with_torque_nothing_is_changed);
   RUN_TEST(test_the_button_recovers_a_wrong_stored_bit_rate);
   RUN_TEST(test_sdo_answers_in_time_on_a_slow_bus_while_both_axes_move);
   RUN_TEST(test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_ones);
