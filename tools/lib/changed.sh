@@ -3,7 +3,7 @@
 # shellcheck disable=SC2034,SC2154
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
-firmware_steps="sanitized short clients image lint long asan coverage attack mutate proofs fuzz cortex-m4 reproducible socketcan tidy python servoctl servoctl-image check"
+firmware_steps="sanitized short clients image lint firmware long asan coverage attack mutate proofs fuzz cortex-m4 reproducible socketcan tidy python servoctl servoctl-image check"
 simulator_steps="short clients lint long asan attack fuzz cortex-m4 socketcan tidy cppcheck python servoctl servoctl-image check"
 
 # By the kind of the file.
@@ -45,7 +45,7 @@ steps_of_place() {
     docs/images/*) echo short:test_docs ;;
 
     firmware/*/tests/*.cpp) echo short asan ;;
-    firmware/*/tests/*.c | hal/*/tests/*.c) echo sanitized coverage mutate cortex-m4 ;;
+    firmware/*/tests/*.c | hal/*/tests/*.c) echo sanitized firmware coverage mutate cortex-m4 ;;
     hal/stm32g474/openocd.cfg) ;;
     hal/stm32g474/*.ld) echo image short long servoctl-image check ;;
     hal/cortex_m4_qemu/*.ld) echo cortex-m4 ;;
@@ -73,8 +73,8 @@ steps_of_place() {
     tests/cortex_m4/*.sh | tests/cortex_m4/*.py) echo cortex-m4 ;;
     tests/target/probes/*) echo short:test_core ;;
     tests/cortex_m4/*.[ch]*) echo cortex-m4 short ;;
-    tests/store/*.c) echo sanitized coverage mutate ;;
-    tests/*.[ch] | tests/*.[ch]pp) echo sanitized short long asan coverage mutate cortex-m4 fuzz servoctl check ;;
+    tests/store/*.c) echo sanitized firmware coverage mutate ;;
+    tests/*.[ch] | tests/*.[ch]pp) echo sanitized short long firmware asan coverage mutate cortex-m4 fuzz servoctl check ;;
 
     tools/demo | tools/lib/build_progress.sh) echo python ;;
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;

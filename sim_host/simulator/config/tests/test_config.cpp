@@ -200,7 +200,7 @@ void test_bad_plants_are_refused_with_line_key_reason_and_remedy() {
            "8 to 32"},
           {{"[pitch]", "end_stops_deg = [-20.0, 95.0]", "end_stops_deg = [95.0, -20.0]"},
            "pitch.end_stops_deg",
-           "rising",
+           "must be two angles in ascending order",
            "[lower, upper]"},
           {{"[pitch]", "end_stops_deg = [-20.0, 95.0]", "end_stops_deg = 95.0"},
            "pitch.end_stops_deg",
