@@ -38,8 +38,8 @@ void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_c
 /* Discards all frames. */
 void rpdo_reset(rpdo *self);
 
-/* Returns whether a data frame with its identifier, or the values that wait for SYNC if `frame` is NULL, must wait until
- * an earlier value has taken effect (od_hooks.waits). */
+/* Returns whether a data frame with its identifier, or the values that wait for SYNC if `frame` is NULL, must wait
+ * until an earlier value has taken effect (od_hooks.waits). */
 bool rpdo_must_wait(const rpdo *self, const can_frame *frame);
 
 /* Obeys only the stops in such a frame; its other values are lost. */
