@@ -145,8 +145,11 @@ static od_abort write_item(const pdo_item *item, const uint8_t *bytes) {
 }
 
 bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes) {
+  if (!map->waits) {
+    return false;
+  }
   bool waits = false;
-  for (uint8_t i = 0; map->waits && i < map->count; i++) {
+  for (uint8_t i = 0; i < map->count; i++) {
     waits = waits || (map->item[i].waits && od_must_wait(&map->item[i].object, bytes));
     bytes += map->item[i].bytes;
   }

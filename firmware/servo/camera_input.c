@@ -24,16 +24,25 @@ static pointing_frame drop(camera_input *input, camera_drop why) {
   return (pointing_frame){0};
 }
 
+/* Returns whether this message, which is not newer, completes the sign of a sender that has begun anew. */
+static bool has_restarted(camera_input *input, uint8_t counter) {
+  const uint8_t ahead = (uint8_t)(counter - input->restart_last);
+  const bool advances = input->restarts > 0 && ahead >= 1 && ahead <= CAMERA_RESTART_STEP;
+  input->restarts = advances ? (uint8_t)(input->restarts + 1) : 1;
+  input->restart_last = counter;
+  return input->restarts >= CAMERA_RESTART;
+}
+
 /* Counts what was skipped. Returns whether the message is newer than all before it. */
 static bool is_newer(camera_input *input, uint8_t counter) {
   const uint8_t ahead = (uint8_t)(counter - input->last_counter);
   const bool newer = !input->heard || (ahead != 0 && ahead < HALF_COUNTERS);
   if (newer) {
     input->missed += input->heard ? (uint32_t)ahead - 1u : 0u;
-  } else if (++input->in_a_row < CAMERA_RESTART) {
+  } else if (!has_restarted(input, counter)) {
     return false;
   }
-  input->in_a_row = 0;
+  input->restarts = 0;
   input->heard = true;
   input->last_counter = counter;
   return true;

@@ -3,9 +3,10 @@
  *     message (counts, time, quality, counter) -> counter, quality, time -> scale, sensor roll, boresight -> frame
  *
  * A frame counts once, and only if it is newer than the last one. The counter (0 .. 255, one more with each frame)
- * decides: 1 .. 127 ahead is newer, anything else was sent before or twice. CAMERA_RESTART messages in a row that are
- * not newer are those of a sender that has begun anew: the last of them counts. So of two senders at once only one gets
- * through.
+ * decides: 1 .. 127 ahead is newer, anything else was sent before or twice. A sender that has begun anew shows by
+ * CAMERA_RESTART messages in a row that are not newer, each 1 .. CAMERA_RESTART_STEP counters ahead of the one before:
+ * the last of them counts. So a frozen counter or one that runs backwards never drives an axis, and of two senders at
+ * once only one gets through.
  *
  * The caller finds the age of the exposure: the message states it, or the node's clock (servo/exposure_clock.h) or the
  * camera's strobe (servo/strobe_log.h) gives it. A frame older than CAMERA_LONGEST_AGE_TICKS, or exposed later than
@@ -23,7 +24,8 @@ enum {
   CAMERA_LONGEST_AGE_TICKS = TARGET_TRACKER_HISTORY - 1,
   CAMERA_TIMES_PER_TICK = 100, /* of 10 us */
   CAMERA_BEST_QUALITY = 100,
-  CAMERA_RESTART = 8, /* messages */
+  CAMERA_RESTART = 4, /* messages */
+  CAMERA_RESTART_STEP = 8,
   CAMERA_NO_TARGET = 0
 };
 
@@ -65,7 +67,8 @@ typedef struct {
 typedef struct {
   bool heard;           /* a message has counted */
   uint8_t last_counter; /* of the newest message that counted */
-  uint8_t in_a_row;     /* messages in a row that are not newer */
+  uint8_t restart_last; /* counter of the last message that was not newer */
+  uint8_t restarts;     /* such messages in a row whose counters advance */
   bool rolled;          /* `roll` is of `roll_rad`: computed when it changes, because it takes 60 instructions */
   float roll_rad;
   rotation roll;

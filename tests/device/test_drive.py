@@ -56,6 +56,21 @@ def test_6040_transition(axis, commands, controlword, expected):
     axis.wait_for_state(expected)
 
 
+ENDS = {0: "SWITCH ON DISABLED", 1: "SWITCH ON DISABLED", 2: "SWITCH ON DISABLED", 5: "QUICK STOP ACTIVE", 6: "QUICK STOP ACTIVE"}
+
+
+@pytest.mark.parametrize("words", [[0x02, 0x8F], [ENABLE | HALT, 0x02, 0x8F]], ids=["quick stop", "halt and quick stop"])
+@pytest.mark.parametrize("option", [0, 1, pytest.param(2, marks=pytest.mark.smoke), 5, 6])
+def test_605a_a_stop_is_not_undone_by_a_word_of_the_same_tick(azimuth, master, option, words):
+    azimuth.set(option, 0x605A)
+    azimuth.turn(5.0)
+    for word in words:  # RPDO1 back to back
+        master.send(0x200 + NODE_ID, *word.to_bytes(2, "little"), PV)
+    azimuth.wait_for_state(ENDS[option])
+    azimuth.wait_for_standstill()
+    assert azimuth.state == ENDS[option]
+
+
 @AXES
 def test_6040_enable_operation_from_switch_on_disabled_does_nothing(axis, master):
     axis.command(ENABLE)

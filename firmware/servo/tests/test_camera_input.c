@@ -90,15 +90,36 @@ static void test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted(v
   TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, input.last_drop);
 }
 
-static void test_a_sender_that_began_anew_is_heard_after_eight_frames(void) {
-  TEST_ASSERT_TRUE(give_counter(100).fresh);
-  for (uint8_t i = 0; i < 7; ++i) {
-    TEST_ASSERT_FALSE(give_counter(i).fresh);
+/* Counters after 100 has counted; which of them count. Steps of 1 to 8 make a restart, also past 255. */
+static void test_a_sender_that_began_anew_is_heard_from_its_fourth_advancing_counter(void) {
+  static const struct {
+    uint8_t counter[6];
+    unsigned counts; /* bit i: counter i counts */
+  } cases[] = {{{0, 1, 2, 3, 4, 5}, 0x38},       {{10, 18, 26, 34, 35, 36}, 0x38}, {{10, 19, 28, 37, 46, 55}, 0},
+               {{250, 252, 255, 2, 3, 4}, 0x38}, {{5, 6, 7, 7, 8, 9}, 0},          {{5, 6, 7, 6, 7, 8}, 0},
+               {{3, 4, 5, 101, 4, 5}, 0x08},     {{99, 100, 99, 100, 99, 100}, 0}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    camera_input_reset(&input);
+    TEST_ASSERT_TRUE(give_counter(100).fresh);
+    unsigned counts = 0;
+    for (unsigned n = 0; n < 6; ++n) {
+      counts |= give_counter(cases[i].counter[n]).fresh ? 1u << n : 0u;
+    }
+    TEST_ASSERT_EQUAL_HEX8(cases[i].counts, counts);
+    TEST_ASSERT_EQUAL(0, input.missed);
   }
-  TEST_ASSERT_TRUE(give_counter(7).fresh);
-  TEST_ASSERT_TRUE(give_counter(8).fresh);
-  TEST_ASSERT_EQUAL(7, input.dropped);
-  TEST_ASSERT_EQUAL(0, input.missed);
+}
+
+static void test_a_frozen_counter_and_one_that_runs_backwards_never_count(void) {
+  TEST_ASSERT_TRUE(give_counter(100).fresh);
+  for (int i = 0; i < 1000; ++i) {
+    TEST_ASSERT_FALSE(give_counter(100).fresh);
+  }
+  for (int i = 1; i < 128; ++i) {
+    TEST_ASSERT_FALSE(give_counter((uint8_t)(100 - i)).fresh);
+  }
+  TEST_ASSERT_EQUAL(1127, input.dropped);
+  TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, input.last_drop);
 }
 
 /* 60 counters apart, in turn: the one ahead is heard, the other never. */
@@ -134,7 +155,8 @@ int main(void) {
   RUN_TEST(test_a_frame_older_than_the_history_does_not_count);
   RUN_TEST(test_quality_decides_whether_there_is_a_target);
   RUN_TEST(test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted);
-  RUN_TEST(test_a_sender_that_began_anew_is_heard_after_eight_frames);
+  RUN_TEST(test_a_sender_that_began_anew_is_heard_from_its_fourth_advancing_counter);
+  RUN_TEST(test_a_frozen_counter_and_one_that_runs_backwards_never_count);
   RUN_TEST(test_of_two_senders_one_is_heard);
   RUN_TEST(test_parameters_out_of_range_are_refused);
   return UNITY_END();
