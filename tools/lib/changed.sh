@@ -60,7 +60,7 @@ steps_of_place() {
     tests/command_line/*.py) echo short:command_line ;;
     tests/configure/*.py) echo long:configure ;;
     tests/device/on_socketcan/*.py) echo socketcan ;;
-    tests/device/*.py) echo short:device short:device_image long:device_image socketcan ;;
+    tests/device/*.py) echo short:device long:device_image socketcan ;;
     tests/ros2/*.py | tools/ros2/*.py) echo long:ros2_bus ;;
     tests/socketcan/*) echo socketcan ;;
     tests/target/*.py) echo short:emulate_board long:first_power_up ;;

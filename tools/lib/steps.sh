@@ -148,14 +148,10 @@ full_run_commit() {
   [[ -n "$commit" ]] && git cat-file -e "$commit^{commit}" 2>/dev/null && echo "$commit"
 }
 
-# Sources without tests: those that have changed since the commit BASE; for a header the one of its name, or else the first
-# that includes it. Without BASE all of firmware and hal.
+# Sources without tests that have changed since the commit BASE; for a header the one of its name, or else the first that
+# includes it.
 sources_to_lint() {
   local file source
-  if [[ -z "$1" ]]; then
-    find firmware hal -name '*.c' ! -path '*/tests/*'
-    return
-  fi
   changed_files "$1" | grep -E '^(firmware|hal|sim_host)/.*\.(c|h|cpp|hpp)$' | grep -v /tests/ | while read -r file; do
     [[ -e "$file" ]] || continue
     case "$file" in
@@ -173,13 +169,12 @@ sources_to_lint() {
 lint_changed() {
   need_tool run-clang-tidy test || return
   local base sources=() failed=0 all
-  base="$(full_run_commit)" || base=""
-  mapfile -t sources < <(sources_to_lint "$base")
-  if [[ -z "$base" ]]; then
-    echo "clang-tidy on firmware and hal: the commit of $full_run_page is not in this clone."
-  else
-    echo "clang-tidy on ${#sources[@]} sources that changed since the full run of ${base:0:8}."
+  if ! base="$(full_run_commit)"; then
+    echo "clang-tidy is left to the full run: this clone does not have the commit of a $full_run_page."
+    return
   fi
+  mapfile -t sources < <(sources_to_lint "$base")
+  echo "clang-tidy on ${#sources[@]} sources that changed since the full run of ${base:0:8}."
   [[ ${#sources[@]} != 0 ]] || return 0
   : >build/clang-tidy.log
   all="^$(escaped "$root")/($(for source in "${sources[@]}"; do escaped "$source" && printf '|'; done))\$"
