@@ -2,7 +2,7 @@
 
 --device selects the servo (device.py), --bus the bus: slcan-tcp:0 or, where it exists, socketcan:vcan0.
 Marks: `speed`: of node time, other than FAST, where the computer must send set-points in time or read every tick.
-`power_on`: both axes are where they were at power-on. `simulator`: a test of the simulator alone. `smoke`: the few that the gate runs on the image.
+`power_on`: both axes are where they were at power-on. `simulator`: a test of the simulator alone. `smoke`: the few that run on the image in the small size.
 """
 
 import contextlib

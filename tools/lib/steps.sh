@@ -224,12 +224,8 @@ build_clients_devices() {
     cmake --build --preset host --target sim_host node_descriptions canopen_test_node print_test_eds identify "$@"
 }
 
-build_image() {
-  cmake --preset stm32g474 && cmake --build --preset stm32g474
-}
-
 step_clients() {
-  build_image && build_clients_devices emulate_board &&
+  cmake --workflow --preset stm32g474 && build_clients_devices emulate_board &&
     servoctl_tests -m smoke && client_tests imager -m smoke &&
     SERVOCTL_TEST_DEVICE=image client_tests servoctl -m smoke_image && SERVOCTL_TEST_DEVICE=image client_tests imager -m smoke_image
 }
@@ -242,7 +238,7 @@ step_servoctl() {
 }
 
 step_servoctl-image() {
-  build_image && build_clients_devices emulate_board &&
+  cmake --workflow --preset stm32g474 && build_clients_devices emulate_board &&
     SERVOCTL_TEST_DEVICE=image servoctl_tests && SERVOCTL_TEST_DEVICE=image client_tests imager -m smoke_image
 }
 

@@ -193,12 +193,17 @@ static void test_acyclic_synchronous_tpdo_waits_for_event_and_sync(void) {
   TEST_ASSERT_EQUAL(7, bench_last(TPDO1)->data[0]);
 }
 
-static void test_tpdo_with_a_start_value_begins_at_that_counter(void) {
-  write_ok(0x1019, 0, 10, 1);
+/* TPDO2 at every second SYNC, with SYNC start value 4. */
+static void start_tpdo2_at_counter_4(void) {
   write_ok(0x1801, 1, 0xC0000285, 4);
   write_ok(0x1801, 6, 4, 1);
   write_ok(0x1801, 2, 2, 1);
   write_ok(0x1801, 1, 0x40000285, 4);
+}
+
+static void test_tpdo_with_a_start_value_begins_at_that_counter(void) {
+  write_ok(0x1019, 0, 10, 1);
+  start_tpdo2_at_counter_4();
   bench_operational();
   bench.sent = 0;
   for (uint8_t counter = 1; counter <= 10; counter++) {
@@ -628,10 +633,7 @@ static void test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational(
 
 /* Without a counter, SYNC carries no start value: the first one counts. */
 static void test_a_start_value_is_ignored_by_a_sync_without_counter(void) {
-  write_ok(0x1801, 1, 0xC0000285, 4);
-  write_ok(0x1801, 6, 4, 1);
-  write_ok(0x1801, 2, 2, 1);
-  write_ok(0x1801, 1, 0x40000285, 4);
+  start_tpdo2_at_counter_4();
   bench_operational();
   bench.sent = 0;
   for (uint32_t n = 1; n <= 6; n++) {
