@@ -10,6 +10,7 @@ import subprocess
 import can
 import canopen
 import pytest
+from servoctl.slcan_tcp import SlcanTcpBus  # python-can's own reads byte by byte
 
 NODE_ID = 5
 
@@ -32,12 +33,9 @@ class TestNode:
         self.pty = ends[1].split(":", 1)[1]
 
     def open_bus(self, channel=None):
-        return can.Bus(
-            interface="slcan",
-            channel=channel or f"socket://127.0.0.1:{self.port}",
-            bitrate=1000000,
-            sleep_after_open=0,
-        )
+        if channel is None:
+            return SlcanTcpBus("127.0.0.1", self.port)
+        return can.Bus(interface="slcan", channel=channel, bitrate=1000000, sleep_after_open=0)
 
     def close(self):
         self.process.stdin.close()

@@ -12,6 +12,7 @@ import subprocess
 
 import can
 import canopen
+from servoctl.slcan_tcp import SlcanTcpBus  # python-can's own reads byte by byte
 
 NODE_ID = 1
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
@@ -53,8 +54,7 @@ class Served:
     def open_bus(self, bit_rate=1000000, **options):
         if self.kind == "socketcan":
             return can.Bus(interface="socketcan", channel=self.address, **options)
-        return can.Bus(interface="slcan", channel=f"socket://{self.address}", bitrate=bit_rate, sleep_after_open=0,
-                       **options)
+        return SlcanTcpBus(*self.tcp, bit_rate, **options)
 
     def close(self):
         self.process.stdin.close()

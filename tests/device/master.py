@@ -18,6 +18,7 @@ canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 10.0
 canopen.lss.LssMaster.RESPONSE_TIMEOUT = 2.0
 for patience in [name for name in dir(BaseNode402) if name.startswith("TIMEOUT_")]:
     setattr(BaseNode402, patience, 10.0)
+BaseNode402.TIMEOUT_RESET_FAULT = 0.5  # it always waits so long: its fault reset rises only afterwards
 DEAD_S = 60.0
 
 
