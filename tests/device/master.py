@@ -5,6 +5,7 @@ Time is the node's: object 3010:1 counts its ms. The computer's clock only ends 
 
 import collections
 import contextlib
+import gc
 import struct
 import threading
 import time
@@ -20,6 +21,23 @@ for patience in [name for name in dir(BaseNode402) if name.startswith("TIMEOUT_"
     setattr(BaseNode402, patience, 10.0)
 BaseNode402.TIMEOUT_RESET_FAULT = 0.5  # it always waits so long: its fault reset rises only afterwards
 DEAD_S = 60.0
+
+
+def abort_code(sdo, index, sub, data=None):
+    """Of a download (an upload without `data`) by this client; 0: not refused."""
+    code = 0
+    try:
+        if data is None:
+            sdo.upload(index, sub)
+        else:
+            sdo.download(index, sub, data)
+    except canopen.SdoAbortedError as refusal:
+        code = refusal.code
+    if code != 0 and data is not None and len(data) > 4:
+        # python-canopen's stream of a refused download sends when it is garbage-collected; within another transfer it
+        # would wait for ever.
+        gc.collect()
+    return code
 
 
 class Master:
@@ -134,15 +152,7 @@ class Master:
         return 1e-3 * (self.ticks_ms() - start & 0xFFFFFFFF)
 
     def sdo_abort(self, index, sub, data=None):
-        """The abort code of a download (an upload without `data`); 0: not refused."""
-        try:
-            if data is None:
-                self.node.sdo.upload(index, sub)
-            else:
-                self.node.sdo.download(index, sub, data)
-        except canopen.SdoAbortedError as refusal:
-            return refusal.code
-        return 0
+        return abort_code(self.node.sdo, index, sub, data)
 
     def number(self, index, sub=0):
         return int.from_bytes(self.node.sdo.upload(index, sub), "little")

@@ -1,6 +1,5 @@
 """Gains are staged, checked together and applied as a whole; a refused set changes nothing."""
 
-import gc
 import math
 import struct
 
@@ -99,29 +98,4 @@ def test_refused_values_change_nothing(azimuth):
         assert abort_of(lambda: azimuth.set(bad, *KP)) == code, bad
     assert abort_of(lambda: azimuth.set(2, 0x2020, 1)) == 0x06090031
     assert abort_of(lambda: azimuth.set(5, *COMMAND)) == 0x06090031
-    assert parameters(azimuth) == before
-
-
-@pytest.mark.parametrize("index, sub, data, code", [
-    (0x2000, 1, b"\0\0", 0x06070013),
-    (0x2000, 1, b"\0\0\0", 0x06070013),
-    (0x2000, 1, b"\0" * 8, 0x06070012),
-    (0x2070, 1, b"\1\0", 0x06070012),
-    (0x2070, 2, b"\0\0\0\0", 0x06010002),
-    (0x6041, 0, b"\0\0", 0x06010002),
-    (0x6502, 0, b"\0\0\0\0", 0x06010002),
-    (0x2000, 6, b"\0\0\0\0", 0x06090011),
-    (0x20F0, 9, b"\0", 0x06020000),
-    (0x5000, 0, b"\0", 0x06020000),
-    (0x6060, 0, b"\x04", 0x06090030),
-    (0x605A, 0, b"\x03\x00", 0x06090030),
-    (0x6060, 0, b"\x0b", 0x06090031),
-    (0x6060, 0, b"\xfe", 0x06090032),
-])
-def test_wrong_access_gets_the_standards_abort_code(azimuth, index, sub, data, code):
-    before = parameters(azimuth)
-    assert abort_of(lambda: azimuth.node.sdo.download(index, sub, data)) == code
-    # python-canopen's stream of a refused download sends when it is garbage-collected; within another transfer it would
-    # wait for ever.
-    gc.collect()
     assert parameters(azimuth) == before
