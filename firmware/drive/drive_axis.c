@@ -66,7 +66,7 @@ static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_input
 }
 
 static void write_actual_values(const drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs) {
-  objects->position.actual = drive_position_from_angle(axis->position);
+  objects->position.actual = drive_travel_position(&axis->motion.bounds.travel, axis->position);
   objects->velocity.actual = drive_velocity_from_rate(inputs->rate_rad_s);
   objects->torque.actual = drive_permille_from_torque(inputs->torque_nm, objects->torque.rated_mnm);
   objects->torque.demand = drive_permille_from_torque(inputs->torque_demand_nm, objects->torque.rated_mnm);
@@ -202,8 +202,8 @@ static bool target_reached(drive_axis *axis, const drive_objects *objects, const
   const drive_velocity_objects *velocity = &objects->velocity;
   const int8_t mode = axis->motion.mode;
   const bool runs = action == DRIVE_RUN;
-  const bool near_position =
-      distance_between(position->demand, position->actual) <= position->window || position->window == UINT32_MAX;
+  const int32_t error = drive_position_from_angle(setpoint->position - axis->position);
+  const bool near_position = distance_between(error, 0) <= position->window || position->window == UINT32_MAX;
   const bool position_reached =
       dwell_timer_step(&axis->position_reached,
                        runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way && near_position,
@@ -270,11 +270,25 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
 
 void drive_axis_report(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
   const drive_setpoint *setpoint = &axis->setpoint;
+  const drive_travel *travel = &axis->motion.bounds.travel;
+  const bool wraps = !drive_travel_is_limited(travel);
   write_actual_values(axis, objects, inputs);
+  objects->position.range_minimum = wraps ? -DRIVE_RANGE_END : 0;
+  objects->position.range_maximum = wraps ? DRIVE_RANGE_END : 0;
   objects->state.error_code = fault_table[axis->fault].code;
   objects->state.mode_display = axis->motion.mode;
-  objects->position.demand =
-      setpoint->position == axis->position ? objects->position.actual : drive_position_from_angle(setpoint->position);
+  objects->position.demand = setpoint->position == axis->position ? objects->position.actual
+                                                                  : drive_travel_position(travel, setpoint->position);
   objects->velocity.demand = drive_velocity_from_rate(setpoint->command.speed.rate_rad_s);
   objects->state.statusword = statusword_of(axis, objects, inputs, setpoint, axis->state.action, dt_s);
+}
+
+void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const drive_machine *machine, float dt_s) {
+  const drive_travel *travel = &axis->motion.bounds.travel;
+  const bool wrapped = !drive_travel_is_limited(travel);
+  drive_motion_prepare(&axis->motion, objects, machine, dt_s);
+  const drive_angle ranges = axis->position - drive_angle_wrap(axis->position);
+  if (wrapped && drive_travel_is_limited(travel) && ranges != 0) {
+    drive_axis_shift(axis, (int)(-ranges / (INT64_C(1) << 32)));
+  }
 }

@@ -114,10 +114,8 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
  * found here is a fault of the next step. */
 void drive_axis_report(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s);
 
-/* Prepares the ramp of the next tick. Call it last, before the next step. */
-static inline void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const drive_machine *machine,
-                                      float dt_s) {
-  drive_motion_prepare(&axis->motion, objects, machine, dt_s);
-}
+/* Prepares the ramp of the next tick. Call it last, before the next step. A travel that becomes limited refers to the
+ * position that the bus has shown: whole ranges (607B) counted before are dropped, and with them a target of pp. */
+void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const drive_machine *machine, float dt_s);
 
 #endif

@@ -43,7 +43,7 @@ void drive_motion_shift(drive_motion *motion, drive_angle by) {
   motion->position += by;
   motion->demand += by;
   motion->next.ready = false;
-  setpoint_queue_reset(&motion->setpoints, drive_position_from_angle(motion->demand), motion->setpoints.edge_before);
+  setpoint_queue_reset(&motion->setpoints, motion->demand, motion->setpoints.edge_before);
   position_interpolation_reset(&motion->positions, motion->demand, motion->ramp.rate_rad_s);
 }
 
@@ -78,7 +78,7 @@ static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *
   motion->blocked_direction = 0.0f;
   motion->setpoint_age_ticks = INT_MAX;
   const drive_angle from = motion->loop == SERVO_POSITION ? motion->demand : feedback->position;
-  setpoint_queue_reset(&motion->setpoints, drive_position_from_angle(from), motion->setpoints.edge_before);
+  setpoint_queue_reset(&motion->setpoints, from, motion->setpoints.edge_before);
   rate_interpolation_reset(&motion->rates, motion->ramp.rate_rad_s);
   position_interpolation_reset(&motion->positions, from, motion->ramp.rate_rad_s);
 }
@@ -193,7 +193,7 @@ static drive_profile_step step_from_now(const drive_motion *motion) {
                               .ramp = motion->ramp,
                               .demand = motion->demand,
                               .demand_rest = motion->demand_rest,
-                              .target = motion->setpoints.target};
+                              .target = motion->setpoints.target.angle};
 }
 
 static void finish_step(drive_profile_step *step, const profile_motion *made) {
@@ -204,14 +204,13 @@ static void finish_step(drive_profile_step *step, const profile_motion *made) {
 
 static drive_profile_step prepare_position(const drive_motion *motion, const drive_objects *objects, float dt_s) {
   drive_profile_step step = step_from_now(motion);
-  const int32_t target = drive_travel_clamp(&motion->bounds.travel, step.target);
-  const drive_angle end = drive_angle_from_position(target);
+  const drive_angle end = step.target;
   const float distance_rad =
       drive_angle_difference_rad(end, motion->demand) - motion->demand_rest * ANGLE_RAD_PER_TURN32;
   const profile_limits limits = limits_of_move(motion, objects, end, distance_rad);
   const profile_motion made = profile_towards_distance(&step.ramp, &limits, distance_rad, dt_s);
   finish_step(&step, &made);
-  step.limited = target != step.target;
+  step.limited = motion->setpoints.target.limited;
   step.arrived = made.arrived;
   if (made.arrived) {
     step.demand = end;
@@ -260,6 +259,7 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
                           float dt_s) {
   drive_bounds_update(&motion->bounds, objects, machine);
   motion->next.ready = false;
+  setpoint_queue_limit(&motion->setpoints, &motion->bounds.travel);
   if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way &&
       !motion->bounds.position_unknown) {
     motion->next = prepare_position(motion, objects, dt_s);
@@ -300,14 +300,13 @@ static drive_setpoint profile_position(drive_motion *motion, const drive_objects
                                        const drive_feedback *feedback, float dt_s) {
   if (!motion->setpoints.under_way) {
     const profile_limits limits = position_limits(&motion->bounds, &objects->limit);
-    const int32_t target = motion->setpoints.target;
     drive_setpoint stopping = stop(motion, feedback, &limits, dt_s);
-    stopping.limited = drive_travel_clamp(&motion->bounds.travel, target) != target;
+    stopping.limited = motion->setpoints.target.limited;
     return stopping;
   }
   close_loop(motion, SERVO_POSITION, feedback);
   const drive_setpoint setpoint = take_step(motion, feedback, dt_s);
-  if (motion->next.arrived && motion->next.target == motion->setpoints.target) {
+  if (motion->next.arrived && motion->next.target == motion->setpoints.target.angle) {
     (void)setpoint_queue_finish(&motion->setpoints);
   }
   return setpoint;
@@ -372,6 +371,13 @@ static bool demand_within(drive_motion *motion, const profile_limits *braking, d
   return braked;
 }
 
+/* Without a limited travel, the nearest angle with this direction in the range 607B. */
+static drive_angle nearest_angle(const drive_motion *motion, int32_t position) {
+  const drive_angle angle = drive_angle_from_position(position);
+  return drive_travel_is_limited(&motion->bounds.travel) ? angle
+                                                         : motion->demand + drive_angle_wrap(angle - motion->demand);
+}
+
 /* The acceleration from position set-points is only as fine as their resolution: 1e-7 rad within a period of 1 ms is
  * 0.1 rad/s^2. So csp gives position and rate; a client that knows the acceleration sends it as a torque (60B2). */
 static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects *objects,
@@ -386,8 +392,8 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
   const int32_t target = drive_travel_clamp(&motion->bounds.travel, objects->position.target);
   bool cut = false;
   if (feedback->setpoint_arrived) {
-    cut = position_interpolation_aim(&motion->positions, drive_angle_from_position(target), period_ticks,
-                                     limits.rate_rad_s, dt_s);
+    cut = position_interpolation_aim(&motion->positions, nearest_angle(motion, target), period_ticks, limits.rate_rad_s,
+                                     dt_s);
   }
   const interpolated_position now = position_interpolation_step(&motion->positions, dt_s);
   /* Set-points have no jerk limit; their deceleration is limited only by the motor. */
@@ -638,6 +644,16 @@ static drive_setpoint open_setpoint(drive_action action, const drive_feedback *f
   return setpoint;
 }
 
+static setpoint_order order_of(const drive_motion *motion, const drive_objects *objects,
+                               const drive_feedback *feedback) {
+  return (setpoint_order){.controlword = objects->state.controlword,
+                          .target = objects->position.target,
+                          .option = objects->position.option,
+                          .demand = start_of(motion, feedback->position),
+                          .actual = feedback->position,
+                          .wraps = !drive_travel_is_limited(&motion->bounds.travel)};
+}
+
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
                                  const drive_feedback *feedback, float dt_s) {
   const int8_t mode = drive_mode_supported(objects->state.mode) ? objects->state.mode : motion->mode;
@@ -655,7 +671,8 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     enter_mode(motion, mode, feedback);
   }
   if (mode == DRIVE_PROFILE_POSITION) {
-    (void)setpoint_queue_step(&motion->setpoints, objects->state.controlword, objects->position.target);
+    const setpoint_order order = order_of(motion, objects, feedback);
+    (void)setpoint_queue_step(&motion->setpoints, &order);
   } else {
     setpoint_queue_idle(&motion->setpoints, objects->state.controlword);
   }

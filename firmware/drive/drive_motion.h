@@ -46,10 +46,10 @@ typedef struct {
   float demand_rest;
   float travel_rad;
   float mean_acceleration_rad_s2;
-  int32_t target; /* target of the ramp: of pp in the units of 607A */
-  bool arrived;   /* there */
-  bool limited;   /* a limit changed the commanded value */
-  bool held;      /* of pv: a limit of the travel stops it, and holds the position */
+  drive_angle target; /* of pp */
+  bool arrived;       /* there */
+  bool limited;       /* a limit changed the commanded value */
+  bool held;          /* of pv: a limit of the travel stops it, and holds the position */
 } drive_profile_step;
 
 typedef struct {

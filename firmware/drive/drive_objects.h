@@ -59,6 +59,9 @@ typedef struct {
   uint32_t window;                 /* 6067; UINT32_MAX: always inside */
   uint16_t window_ms;              /* 6068 */
   int32_t target;                  /* 607A */
+  int32_t range_minimum;           /* 607B:01, ro; of positions that wrap */
+  int32_t range_maximum;           /* 607B:02, ro; both 0: positions do not wrap */
+  uint16_t option;                 /* 60F2 */
   int32_t following_error;         /* 60F4, ro */
 } drive_position_objects;
 

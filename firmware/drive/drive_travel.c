@@ -21,6 +21,10 @@
 #define HARDEST_JERK_RAD_S3 4300.0f
 #define SOFTEST_BRAKING_RAD_S2 1e-3f
 
+int32_t drive_travel_position(const drive_travel *travel, drive_angle angle) {
+  return drive_position_from_angle(drive_travel_is_limited(travel) ? angle : drive_angle_wrap(angle));
+}
+
 int32_t drive_travel_clamp(const drive_travel *travel, int32_t position) {
   if (!drive_travel_is_limited(travel)) {
     return position;

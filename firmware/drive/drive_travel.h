@@ -49,6 +49,9 @@ void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, con
 
 static inline bool drive_travel_is_limited(const drive_travel *travel) { return travel->minimum < travel->maximum; }
 
+/* An angle as the bus shows it (6062, 6064). Within a limited travel nothing wraps: it saturates at 34 turns. */
+int32_t drive_travel_position(const drive_travel *travel, drive_angle angle);
+
 /* The nearest position of the travel; the position itself when the travel is not limited. */
 int32_t drive_travel_clamp(const drive_travel *travel, int32_t position);
 

@@ -14,6 +14,17 @@
 /* An angle in 2^-32 turn that also counts turns: 2^31 of them, so it never wraps in use. */
 typedef int64_t drive_angle;
 
+/* The range of positions on the bus (607B) while no travel is limited: 64 turns, from -32 turns. */
+#define DRIVE_RANGE (INT64_C(1) << 38)
+#define DRIVE_RANGE_TURNS 64
+#define DRIVE_RANGE_END 2010619298 /* 32 turns in 1e-7 rad, cut off */
+
+/* The same direction within the range: whole ranges added. */
+static inline drive_angle drive_angle_wrap(drive_angle angle) {
+  const uint64_t from_start = (uint64_t)angle + (uint64_t)DRIVE_RANGE / 2;
+  return (drive_angle)(from_start & ((uint64_t)DRIVE_RANGE - 1)) - DRIVE_RANGE / 2;
+}
+
 /* The angle near `before` at which the encoder reads `now`: within half a turn. */
 static inline drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now) {
   return before + (int32_t)(now - (angle_turn32)before);
@@ -31,8 +42,8 @@ static inline float drive_angle_difference_rad(drive_angle to, drive_angle from)
 /* 1e-7 rad, saturated at +-214.7 rad (34 turns). The constant has 57 bits: the error is at most 0.5 + 2e-8 counts. */
 int32_t drive_position_from_angle(drive_angle angle);
 
-/* Within half a unit of 2^-32 turn; the inverse function restores the position, for every int32. */
-drive_angle drive_angle_from_position(int32_t position);
+/* Within half a unit of 2^-32 turn, below 2^56 counts; the inverse function restores the position, for every int32. */
+drive_angle drive_angle_from_position(int64_t position);
 
 /* 1e-6 rad/s, the exact product rounded once. */
 int32_t drive_velocity_from_rate(float rate_rad_s);
@@ -55,8 +66,5 @@ static inline float drive_torque_from_permille(int32_t permille, uint32_t rated_
 
 /* The sum, saturated. */
 int32_t drive_add(int32_t a, int32_t b);
-
-/* a - b, saturated. */
-int32_t drive_subtract(int32_t a, int32_t b);
 
 #endif

@@ -60,6 +60,9 @@ static od_abort accept_drive(void *owner, const od_object *object, od_number val
   if (is_home(index)) {
     return accept_home(axis, value.i);
   }
+  if (index == 0x60F2 && !setpoint_option_supported((uint16_t)value.i)) {
+    return OD_BAD_VALUE;
+  }
   if (index == 0x6098 && !homing_method_supported((int8_t)value.i)) {
     return OD_BAD_VALUE;
   }
@@ -93,7 +96,8 @@ static void changed_drive(void *owner, const od_object *object) {
 
 static unsigned needed_by_drive(const od_object *object) {
   const uint16_t index = object->entry->index;
-  const bool checked = is_option(index) || is_period(index) || is_home(index) || index == 0x6060 || index == 0x6098;
+  const bool checked =
+      is_option(index) || is_period(index) || is_home(index) || index == 0x6060 || index == 0x6098 || index == 0x60F2;
   return (checked ? OD_HOOK_ACCEPT : 0u) | (index == 0x6040 ? OD_HOOK_WAITS : 0u) |
          (is_setpoint(index) || is_home(index) ? OD_HOOK_CHANGED : 0u);
 }

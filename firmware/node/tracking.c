@@ -185,7 +185,10 @@ static void report_strobe(target_tracking *self) {
   objects->strobe_age = (uint16_t)(strobe->age_us / US_PER_TIME);
 }
 
-static float joint_rad(const drive_axis *drive) { return drive_angle_difference_rad(drive->position, 0); }
+/* Within the range 607B: a float has no digits for more turns. */
+static float joint_rad(const drive_axis *drive) {
+  return drive_angle_difference_rad(drive_angle_wrap(drive->position), 0);
+}
 
 static joint_travel travel_of(const drive_bounds *bounds) {
   return (joint_travel){drive_angle_difference_rad(drive_angle_from_position(bounds->travel.minimum), 0),

@@ -345,6 +345,116 @@ static void test_pp_turns_many_times_round(void) {
   CHECK_NEAR("true angle, rad", 200.0, b.angle_rad, 1e-6);
 }
 
+static const double turn_rad = 6.283185307179586;
+
+/* Of this angle, on the bus: whole ranges of 64 turns less. */
+static double wrapped_counts(double angle_rad) {
+  return 1e7 * (angle_rad - 64 * turn_rad * round(angle_rad / (64 * turn_rad)));
+}
+
+static void check_position(const bench *b) {
+  const double counts = wrapped_counts(b->angle_rad);
+  const bool at_edge = fabs(fabs(counts) - DRIVE_RANGE_END) < 2.0;
+  CHECK_NEAR("6064", at_edge ? fabs(counts) : counts,
+             at_edge ? fabs((double)b->o.position.actual) : b->o.position.actual, 1.0);
+}
+
+static bench bench_at_turns(int8_t mode, double turns) {
+  bench b = bench_in(mode);
+  const double whole = round(turns);
+  drive_axis_shift(&b.axis, (int)whole);
+  b.angle_rad = turns * turn_rad; /* in the same revolution, a few degrees on */
+  b.o.position.following_error_window = UINT32_MAX;
+  b.in.joint_angle = encoder(b.angle_rad);
+  b.o.state.controlword = 0x06; /* the axis has moved while it was off */
+  ticks(&b, 300);
+  b.o.state.controlword = 0x0F;
+  b.o.state.mode = mode;
+  ticks(&b, 5);
+  return b;
+}
+
+static void fast(bench *b) {
+  b->o.limit.maximum_velocity = 20000000;
+  b->o.limit.profile_velocity = 20000000;
+  b->o.limit.acceleration = 20000000;
+  b->o.limit.deceleration = 20000000;
+}
+
+static void test_a_thousand_turns_wrap_by_whole_turns_in_both_directions(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    fast(&b);
+    b.o.velocity.target = side * 20000000;
+    while (fabs(b.angle_rad) < 1000 * turn_rad) {
+      const double counts = wrapped_counts(b.angle_rad); /* at the tick's begin */
+      tick(&b);
+      if (fabs(counts) < DRIVE_RANGE_END - 2) {
+        CHECK_NEAR("6064", counts, b.o.position.actual, 1.0);
+      }
+    }
+    b.o.velocity.target = 0;
+    ticks(&b, 3000);
+    check_position(&b);
+    TEST_ASSERT_EQUAL_INT32(-DRIVE_RANGE_END, b.o.position.range_minimum);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_RANGE_END, b.o.position.range_maximum);
+  }
+}
+
+/* What the axis turned in truth, in every mode that takes positions, wherever it starts. */
+static void test_moves_are_as_ordered_after_many_turns(void) {
+  static const double starts[] = {0, 33, -33, 34.18, -34.18, 68.4, -68.4, 1000, -1000, 31.99, -31.99};
+  for (unsigned i = 0; i < sizeof starts / sizeof starts[0]; ++i) {
+    bench b = bench_at_turns(DRIVE_PROFILE_POSITION, starts[i]);
+    check_position(&b);
+    fast(&b);
+    double from_rad = b.angle_rad;
+    static const int32_t moves[] = {-1745329, 1745329, 314159265, -628318531};
+    for (unsigned k = 0; k < 4; ++k) {
+      new_setpoint(&b, moves[k], DRIVE_CONTROL_RELATIVE);
+      (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 20000);
+      CHECK_NEAR("relative move, rad", 1e-7 * moves[k], b.angle_rad - from_rad, 1.1e-7);
+      from_rad = b.angle_rad;
+      check_position(&b);
+    }
+    b.o.position.option = SETPOINT_SHORTER;
+    new_setpoint(&b, drive_position_from_angle(drive_angle_wrap(b.axis.position + (INT64_C(3) << 32))), 0);
+    (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 20000);
+    CHECK_NEAR("3 turns on, rad", 3 * turn_rad, b.angle_rad - from_rad, 2e-7);
+    from_rad = b.angle_rad;
+    b.o.state.mode = DRIVE_CYCLIC_POSITION;
+    b.o.limit.interpolation_period = 1;
+    const drive_angle begin = b.axis.position;
+    for (int k = 0; k <= 10000; ++k) {
+      const double on_rad = k < 9000 ? 1e-3 * k : 9.0;
+      b.o.position.target = drive_position_from_angle(drive_angle_wrap(begin + llrint(on_rad / rad_per_unit)));
+      b.in.setpoint_arrived = true;
+      tick(&b);
+    }
+    CHECK_NEAR("csp, rad", 9.0, b.angle_rad - from_rad, 2e-7);
+    check_position(&b);
+  }
+}
+
+/* From now on 607D limits the travel, where 6064 has shown the axis; nothing wraps, and nothing moves. */
+static void test_a_travel_that_becomes_limited_refers_to_the_position_shown(void) {
+  bench b = bench_at_turns(DRIVE_PROFILE_POSITION, 130.0); /* two ranges and two turns */
+  const double from_rad = b.angle_rad;
+  CHECK_NEAR("6064, turns", 2.0, b.o.position.actual / 62831853.0718, 1e-7);
+  b.o.limit.position_minimum = -2100000000; /* 33.4 turns */
+  b.o.limit.position_maximum = 2100000000;
+  ticks(&b, 100);
+  CHECK_NEAR("6064, turns", 2.0, b.o.position.actual / 62831853.0718, 1e-7);
+  CHECK_NEAR("moved, rad", 0.0, b.angle_rad - from_rad, 1e-9);
+  TEST_ASSERT_EQUAL_INT32(0, b.o.position.range_minimum);
+  TEST_ASSERT_EQUAL_INT32(0, b.o.position.range_maximum);
+  fast(&b);
+  new_setpoint(&b, 2090000000, 0);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 20000);
+  TEST_ASSERT_EQUAL_INT32(2090000000, b.o.position.actual);
+  CHECK_NEAR("moved, rad", 209.0 - 2 * turn_rad, b.angle_rad - from_rad, 3e-7);
+}
+
 /* 1e-6 rad/s are 0.7 units of the encoder angle in a tick: what a tick cannot move is kept for the next one. */
 static void test_the_slowest_move_of_pp_has_its_rate_exactly(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
@@ -390,6 +500,23 @@ static void test_pp_ends_at_the_software_position_limit(void) {
 
 /* The motor surely brakes with 0.5 rad/s^2, 6084 is 2 rad/s^2. A move from 0.5 rad/s that ends within 0.25 rad before
  * the limit must not rely on 6084. */
+static void test_a_relative_move_from_the_limit_leads_back_at_once(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.o.limit.position_minimum = -1000000;
+  b.o.limit.position_maximum = 3000000;
+  new_setpoint(&b, 900000, DRIVE_CONTROL_RELATIVE);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  TEST_ASSERT_EQUAL_INT32(3000000, b.o.position.actual);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  for (int i = 1; i <= 2; ++i) {
+    new_setpoint(&b, -200000, DRIVE_CONTROL_RELATIVE);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
+    (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+    TEST_ASSERT_EQUAL_INT32(3000000 - i * 200000, b.o.position.actual);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  }
+}
+
 static void test_pp_brakes_with_what_the_motor_surely_has_when_its_target_is_near_the_limit(void) {
   static const struct {
     int32_t limit; /* 0: none */
@@ -1055,6 +1182,10 @@ int main(void) {
   RUN_TEST(test_pp_takes_a_set_point_whose_bit_4_rises_with_the_mode);
   RUN_TEST(test_a_bit_4_that_enables_or_was_set_in_another_mode_moves_nothing);
   RUN_TEST(test_pp_turns_many_times_round);
+  RUN_TEST(test_a_thousand_turns_wrap_by_whole_turns_in_both_directions);
+  RUN_TEST(test_moves_are_as_ordered_after_many_turns);
+  RUN_TEST(test_a_travel_that_becomes_limited_refers_to_the_position_shown);
+  RUN_TEST(test_a_relative_move_from_the_limit_leads_back_at_once);
   RUN_TEST(test_the_slowest_move_of_pp_has_its_rate_exactly);
   RUN_TEST(test_a_relative_move_after_cst_counts_from_where_the_axis_is);
   RUN_TEST(test_pp_ends_at_the_software_position_limit);

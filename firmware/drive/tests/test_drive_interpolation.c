@@ -1,8 +1,6 @@
-/* Set-points every few ms made continuous, and the set-point handshake of pp. */
+/* Set-points every few ms made continuous. */
 #include "drive/interpolation.h"
 
-#include "drive/drive_state.h"
-#include "drive/setpoint_queue.h"
 #include "support/check.h"
 
 void setUp(void) {}
@@ -164,89 +162,6 @@ static void test_an_interpolation_that_is_never_fed_stays_defined(void) {
   }
 }
 
-/* --- pp: the handshake --- */
-
-enum {
-  new_setpoint = DRIVE_CONTROL_NEW_SETPOINT,
-  now_bit = DRIVE_CONTROL_CHANGE_IMMEDIATELY,
-  relative = DRIVE_CONTROL_RELATIVE
-};
-
-static setpoint_queue queue_at(int32_t position) {
-  setpoint_queue queue;
-  setpoint_queue_reset(&queue, position, true);
-  (void)setpoint_queue_step(&queue, 0x0F, 0);
-  return queue;
-}
-
-static void test_a_set_point_is_taken_on_the_rising_edge_and_acknowledged_until_bit_4_falls(void) {
-  setpoint_queue queue = queue_at(5);
-  TEST_ASSERT_FALSE(queue.acknowledged);
-  TEST_ASSERT_TRUE(setpoint_queue_step(&queue, 0x0F | new_setpoint, 100));
-  TEST_ASSERT_TRUE(queue.acknowledged && queue.under_way);
-  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, 0x0F | new_setpoint, 200)); /* no edge */
-  TEST_ASSERT_EQUAL_INT32(100, queue.target);
-  TEST_ASSERT_TRUE(queue.acknowledged);
-  (void)setpoint_queue_step(&queue, 0x0F, 200);
-  TEST_ASSERT_FALSE(queue.acknowledged);
-}
-
-static void test_a_second_set_point_waits_and_a_third_is_dropped(void) {
-  setpoint_queue queue = queue_at(0);
-  (void)setpoint_queue_step(&queue, new_setpoint, 100);
-  (void)setpoint_queue_step(&queue, 0, 0);
-  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, new_setpoint, 200));
-  (void)setpoint_queue_step(&queue, 0, 0);
-  TEST_ASSERT_TRUE(queue.acknowledged); /* no room for another */
-  (void)setpoint_queue_step(&queue, new_setpoint, 300);
-  TEST_ASSERT_EQUAL_INT32(100, queue.target);
-  TEST_ASSERT_TRUE(setpoint_queue_finish(&queue));
-  TEST_ASSERT_EQUAL_INT32(200, queue.target);
-  (void)setpoint_queue_step(&queue, 0, 0);
-  TEST_ASSERT_FALSE(queue.acknowledged);
-  TEST_ASSERT_FALSE(setpoint_queue_finish(&queue));
-  TEST_ASSERT_FALSE(queue.under_way);
-  TEST_ASSERT_EQUAL_INT32(200, queue.target);
-}
-
-static void test_a_change_immediately_replaces_what_is_under_way_and_what_waits(void) {
-  setpoint_queue queue = queue_at(0);
-  (void)setpoint_queue_step(&queue, new_setpoint, 100);
-  (void)setpoint_queue_step(&queue, 0, 0);
-  (void)setpoint_queue_step(&queue, new_setpoint, 200);
-  (void)setpoint_queue_step(&queue, 0, 0);
-  TEST_ASSERT_TRUE(setpoint_queue_step(&queue, new_setpoint | now_bit, 300));
-  TEST_ASSERT_EQUAL_INT32(300, queue.target);
-  TEST_ASSERT_FALSE(setpoint_queue_finish(&queue));
-}
-
-static void test_relative_set_points_count_from_the_target_before_them(void) {
-  setpoint_queue queue = queue_at(1000);
-  (void)setpoint_queue_step(&queue, new_setpoint | relative, 10);
-  TEST_ASSERT_EQUAL_INT32(1010, queue.target);
-  (void)setpoint_queue_step(&queue, 0, 0);
-  (void)setpoint_queue_step(&queue, new_setpoint | relative, 5);
-  (void)setpoint_queue_step(&queue, 0, 0);
-  (void)setpoint_queue_finish(&queue);
-  TEST_ASSERT_EQUAL_INT32(1015, queue.target);
-  (void)setpoint_queue_step(&queue, new_setpoint | relative | now_bit, INT32_MAX);
-  TEST_ASSERT_EQUAL_INT32(INT32_MAX, queue.target);
-}
-
-static void test_a_bit_4_that_was_set_before_the_mode_is_not_an_edge(void) {
-  setpoint_queue queue;
-  setpoint_queue_reset(&queue, 0, true);
-  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, new_setpoint, 100));
-  TEST_ASSERT_FALSE(queue.acknowledged);
-  setpoint_queue_idle(&queue, 0x0F);
-  setpoint_queue_reset(&queue, 0, queue.edge_before);
-  TEST_ASSERT_TRUE(setpoint_queue_step(&queue, new_setpoint, 100));
-  TEST_ASSERT_TRUE(queue.acknowledged);
-  setpoint_queue_idle(&queue, new_setpoint);
-  setpoint_queue_reset(&queue, 0, queue.edge_before);
-  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, new_setpoint, 100));
-}
-
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_second_set_point_ends_a_parabola_from_the_start);
@@ -259,10 +174,5 @@ int main(void) {
   RUN_TEST(test_periods_of_1_to_255_ms_are_taken_in_every_spelling);
   RUN_TEST(test_set_points_have_stopped_after_three_periods_but_never_before_20_ms);
   RUN_TEST(test_an_interpolation_that_is_never_fed_stays_defined);
-  RUN_TEST(test_a_set_point_is_taken_on_the_rising_edge_and_acknowledged_until_bit_4_falls);
-  RUN_TEST(test_a_second_set_point_waits_and_a_third_is_dropped);
-  RUN_TEST(test_a_change_immediately_replaces_what_is_under_way_and_what_waits);
-  RUN_TEST(test_relative_set_points_count_from_the_target_before_them);
-  RUN_TEST(test_a_bit_4_that_was_set_before_the_mode_is_not_an_edge);
   return UNITY_END();
 }

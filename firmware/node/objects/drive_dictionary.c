@@ -76,6 +76,12 @@ static const od_entry kEntries[] = {
     REPORTS(OD_I16, 0x6077, torque.actual, INT16_MIN, INT16_MAX, TORQUE, "Torque actual value", "From motor current"),
     TAKES(OD_I32, 0x607A, position.target, INT32_MIN, INT32_MAX, 0, POSITION, "Target position",
           "Set-point in modes pp and csp"),
+    OD_RECORD_HEAD(0x607B, 2, "Position range limit",
+                   "64 turns: positions beyond wrap by whole turns; 0 and 0 within a limited travel: they do not"),
+    OD_I32(0x607B, 1, OD_RO, 0, drive_objects, position.range_minimum, INT32_MIN, INT32_MAX, 0, POSITION,
+           "Min position range limit", "-32 turns, or 0"),
+    OD_I32(0x607B, 2, OD_RO, 0, drive_objects, position.range_maximum, INT32_MIN, INT32_MAX, 0, POSITION,
+           "Max position range limit", "32 turns, or 0"),
     OD_I32(0x607C, 0, OD_RW, OD_GUARDED, drive_objects, homing.offset, INT32_MIN, INT32_MAX, 0, POSITION, "Home offset",
            "Write where you have seen the axis, within a quarter turn, while it is off; homing with 6098 = 35 or 37 "
            "then confirms the turn"),
@@ -129,6 +135,9 @@ static const od_entry kEntries[] = {
          "In all modes"),
     SETS(OD_U16, 0x60E1, 0, torque.negative_limit, 0, 65535, 1000, TORQUE, "Negative torque limit value",
          "In all modes; a magnitude"),
+    SETS(OD_U16, 0x60F2, 0, position.option, 0, 0xC2, 0, "", "Positioning option code",
+         "Bits 0, 1: relative moves in pp count from 0: the last target, 1: 6062, 2: 6064. Bits 6, 7: absolute moves "
+         "without a limited travel go 0: straight, 1: down, 2: up, 3: the shorter way"),
     REPORTS(OD_I32, 0x60F4, position.following_error, INT32_MIN, INT32_MAX, POSITION, "Following error actual value",
             "Demand position minus actual position; in tracking: target minus line of sight"),
     TAKES(OD_I32, 0x60FF, velocity.target, INT32_MIN, INT32_MAX, 0, VELOCITY, "Target velocity",

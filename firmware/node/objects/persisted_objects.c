@@ -5,6 +5,7 @@
 #include "canopen/storage.h"
 #include "drive/drive_state.h"
 #include "drive/homing.h"
+#include "drive/setpoint_queue.h"
 #include "node/objects/board_objects.h"
 #include "node/objects/camera_objects.h"
 #include "node/objects/device_dictionary.h"
@@ -274,6 +275,7 @@ bool persisted_objects_are_good(const persisted_objects *kept, const object_dict
     servo_axis_params built;
     good = good && options_are_good(&kept->drive[i].state.option) &&
            homing_method_supported(kept->drive[i].homing.method) &&
+           setpoint_option_supported(kept->drive[i].position.option) &&
            kept->drive[i].limit.position_minimum <= kept->drive[i].limit.position_maximum &&
            axis_parameters_build(&kept->parameters[i], &built) == CONTROL_OK &&
            protection_check(&kept->protection[i]) == CONTROL_OK;

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from . import power, restrictions
 from .device import Device
 from .errors import MotionError
-from .parameter import AXES
-from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, TORQUE_COUNTS_OF_RATED
+from .parameter import AXES, AXIS_SHIFT
+from .units import POSITION_COUNTS_PER_RAD, POSITION_RANGE_RAD, RATE_COUNTS_PER_RAD_S, TORQUE_COUNTS_OF_RATED
 
 TRANSITION_TIMEOUT_S = 2.0
 STOP_TIMEOUT_S = 10.0
@@ -21,6 +21,8 @@ STANDSTILL_RAD_S = 5e-4
 """A rate below this for `STANDSTILL_S` is standstill: above the noise of the measured rate, far below any motion."""
 STANDSTILL_S = 0.1
 POLL_S = 0.005
+POSITIONING_OPTION, SHORTER_WAY = 0x60F2, 0xC0
+"""Of targets in pp without a limited travel."""
 
 
 class Drive:
@@ -30,6 +32,7 @@ class Drive:
         self.device = device
         self.axis = axis
         self.name = AXES[axis]
+        self._position_rad: float | None = None
 
     # --- state ----------------------------------------------------------------------------------------------------
 
@@ -62,8 +65,16 @@ class Drive:
         return self.device.axis_int(self.axis, 0x606C, signed=True) / RATE_COUNTS_PER_RAD_S
 
     def position(self) -> float:
-        """Measured joint angle, rad."""
-        return self.device.axis_int(self.axis, 0x6064, signed=True) / POSITION_COUNTS_PER_RAD
+        """Measured joint angle, rad; goes on counting turns from the first reading, where 6064 wraps."""
+        shown_rad = self.device.axis_int(self.axis, 0x6064, signed=True) / POSITION_COUNTS_PER_RAD
+        before_rad = shown_rad if self._position_rad is None else self._position_rad
+        self._position_rad = shown_rad + POSITION_RANGE_RAD * round((before_rad - shown_rad) / POSITION_RANGE_RAD)
+        return self._position_rad
+
+    def wraps(self) -> bool:
+        """Whether 6064 and 607A wrap at the ends of 607B: no travel is limited."""
+        end = self.device.try_upload(0x607B + AXIS_SHIFT * self.axis, 2)
+        return end is not None and any(end)
 
     def position_limits(self) -> tuple[float, float] | None:
         """Software limits 607D in rad, or None when they are not monitored."""
@@ -104,6 +115,8 @@ class Drive:
 
     def set_target_position(self, position_rad: float) -> None:
         """607A."""
+        if self.wraps():
+            position_rad -= POSITION_RANGE_RAD * round(position_rad / POSITION_RANGE_RAD)
         self.device.axis_write(self.axis, 0x607A, round(position_rad * POSITION_COUNTS_PER_RAD), 4)
 
     def set_profile_rate(self, rate_rad_s: float) -> None:

@@ -17,7 +17,7 @@ import can
 
 from . import power
 from .device import Device
-from .drive import STANDSTILL_RAD_S, Drive
+from .drive import POSITIONING_OPTION, SHORTER_WAY, STANDSTILL_RAD_S, Drive
 from .errors import MotionError, ServoctlError
 from .interrupts import deaf
 from .supervision import MONITOR_MS, Supervision
@@ -88,6 +88,9 @@ class LiveAxis:
         device, drive = self.device, self.drive
         for index, size, sub in ((0x6060, 1, 0), (0x60C2, 1, 1), (0x60C2, 1, 2), (0x6081, 4, 0)):
             self.keep(index, size, sub)
+        if drive.wraps():
+            self.keep(POSITIONING_OPTION, 2)
+            device.axis_write(drive.axis, POSITIONING_OPTION, SHORTER_WAY, 2)
         drive.set_target_rate(0.0)
         drive.set_target_position(drive.position())
         if self._was_enabled and drive.mode_number() != self.mode:

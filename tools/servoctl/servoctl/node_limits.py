@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from .drive import Drive
 from .errors import InputError
 from .parameter import AXIS_SHIFT
-from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, radians
+from .units import POSITION_RANGE_RAD, degrees, radians
 
-REACH_RAD = (2**31 - 1) / POSITION_COUNTS_PER_RAD
-"""607A and 6064 are of 32 bits."""
+REACH_RAD = 31.5 / 64 * POSITION_RANGE_RAD
+"""The longest motion of an axis without a limited travel: its targets are taken on the shorter way."""
 HARD_MARGIN_RAD = radians(0.25)
 """Distance kept from the hard limits, which are a fault when the axis passes them while stopping; for nodes without
 2060:17."""
@@ -40,16 +40,13 @@ class Bound:
 
 @dataclass(frozen=True)
 class NodeLimits:
-    """The tightest of each kind. Angles are joint angles; without any limit of the travel only 6064's range applies."""
+    """The tightest of each kind. Angles are joint angles."""
 
     lowest: Bound
     highest: Bound
     fastest: Bound
-
-    @property
-    def has_travel(self) -> bool:
-        """A limit of the travel is set."""
-        return self.lowest.value > -REACH_RAD
+    has_travel: bool = True
+    """A limit of the travel is set; otherwise a motion may go `REACH_RAD` from here."""
 
     def within(self, travel_deg: tuple[float, float]) -> NodeLimits:
         """These limits with a smaller travel, ° of the joint; raises InputError when it exceeds them."""
@@ -63,7 +60,7 @@ class NodeLimits:
                     f"{given} exceeds {bound}; allowed: {degrees(self.lowest.value):.5g} to"
                     f" {degrees(self.highest.value):.5g}."
                 )
-        return NodeLimits(Bound(low, given), Bound(high, given), self.fastest)
+        return NodeLimits(Bound(low, given), Bound(high, given), self.fastest, self.has_travel)
 
     def check_rate(self, rate_rad_s: float) -> None:
         """Raises InputError that names the limit, its value and an allowed value."""
@@ -97,8 +94,8 @@ def _down(value: float) -> str:
 
 def read_limits(drive: Drive) -> NodeLimits:
     """The node's present values."""
-    lowest = [Bound(-REACH_RAD, "the range of its position (6064)")]
-    highest = [Bound(REACH_RAD, "the range of its position (6064)")]
+    lowest: list[Bound] = []
+    highest: list[Bound] = []
     software = drive.position_limits()
     if software is not None:
         for bounds, sub, value in ((lowest, 1, software[0]), (highest, 2, software[1])):
@@ -120,10 +117,15 @@ def read_limits(drive: Drive) -> NodeLimits:
         if limit is not None:
             source = f"{name} 2060:{sub} ({100 * share:.0f} % of {degrees(limit):.5g} °/s)"
             fastest.append(Bound(share * limit, source))
+    has_travel = bool(lowest)
+    if not has_travel:
+        here, source = drive.position(), "the longest motion without a limited travel (31.5 turns)"
+        lowest, highest = [Bound(here - REACH_RAD, source)], [Bound(here + REACH_RAD, source)]
     return NodeLimits(
         max(lowest, key=lambda bound: bound.value),
         min(highest, key=lambda bound: bound.value),
         min(fastest, key=lambda bound: bound.value),
+        has_travel,
     )
 
 

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from .borrowed_stream import BorrowedStream
 from .device import Device
+from .drive import Drive
 from .parameter import AXES, AXIS_SHIFT
 from .pdo_loan import PdoLoan, borrowed_identifiers
 from .stream import CLOCK_TICKS, RATES_TPDO, RPDO, TICKS_TPDO, SampleGatherer
-from .units import POSITION_COUNTS_PER_RAD, TICK_S
+from .units import POSITION_COUNTS_PER_RAD, POSITION_RANGE_RAD, TICK_S
 
 Real = NDArray[np.float64]
 
@@ -65,6 +66,26 @@ class ErrorStream(BorrowedStream):
         return _radians(frames)
 
 
+class WrapCounter:
+    """Counts how often the positions of both axes have left their range (607B)."""
+
+    def __init__(self) -> None:
+        self.ranges: list[tuple[int, int]] = []
+        """Of each frame, since the first one."""
+        self._before: tuple[int, int] | None = None
+
+    def take(self, frame: bytes) -> None:
+        """A frame with both positions."""
+        now: tuple[int, int] = struct.unpack("<ii", frame)
+        before, last = (self._before, self.ranges[-1]) if self._before else (now, (0, 0))
+        self.ranges.append((last[0] + _wrapped(before[0], now[0]), last[1] + _wrapped(before[1], now[1])))
+        self._before = now
+
+
+def _wrapped(before: int, now: int) -> int:
+    return round((before - now) / (POSITION_RANGE_RAD * POSITION_COUNTS_PER_RAD))
+
+
 class PositionStream(BorrowedStream):
     """Positions and set-points of both axes; time counts from `start` in ticks of the node."""
 
@@ -75,6 +96,8 @@ class PositionStream(BorrowedStream):
         self._positions_id, self._targets_id, self._clock_id = borrowed_identifiers(device.node_id, 3)
         self._gatherer = SampleGatherer()
         self._ticks: list[int] = []
+        self._wrapped = WrapCounter()
+        self._wraps = [Drive(device, axis).wraps() for axis in range(len(AXES))]
         self.late = 0
         """Delay of the latest set-point of `pace`, in ticks."""
         super().__init__(
@@ -90,6 +113,7 @@ class PositionStream(BorrowedStream):
         if which == 0 and len(data) == 8:
             self._gatherer.take_sample(data)
             if self._gatherer.ticks >= 0:
+                self._wrapped.take(data)
                 self._ticks.append(self._gatherer.ticks)
         elif which == 1 and len(data) == 4:
             self._gatherer.take_clock(int.from_bytes(data, "little"))
@@ -97,6 +121,7 @@ class PositionStream(BorrowedStream):
     def _forget(self) -> None:
         self._gatherer = SampleGatherer()
         self._ticks = []
+        self._wrapped = WrapCounter()
         self.late = 0
 
     def pace(self, period: int, count: int) -> Iterator[int]:
@@ -116,7 +141,11 @@ class PositionStream(BorrowedStream):
 
     def send(self, azimuth_rad: float, pitch_rad: float) -> None:
         """Target positions."""
-        counts = [round(angle * POSITION_COUNTS_PER_RAD) for angle in (azimuth_rad, pitch_rad)]
+        angles = [
+            angle - POSITION_RANGE_RAD * round(angle / POSITION_RANGE_RAD) if wraps else angle
+            for angle, wraps in zip((azimuth_rad, pitch_rad), self._wraps, strict=True)
+        ]
+        counts = [round(angle * POSITION_COUNTS_PER_RAD) for angle in angles]
         self.device.network.send_message(self._targets_id, struct.pack("<ii", *counts))
 
     def positions(self, first: int = 0) -> tuple[Real, Real]:
@@ -124,7 +153,8 @@ class PositionStream(BorrowedStream):
         left out."""
         with self.lock:
             frames, ticks = self._gatherer.frames[first:], self._ticks[first:]
-        return TICK_S * np.array(ticks, dtype=np.float64), _radians(frames)
+            ranges = np.array(self._wrapped.ranges[first:], dtype=np.float64).reshape(-1, 2)
+        return TICK_S * np.array(ticks, dtype=np.float64), _radians(frames) + POSITION_RANGE_RAD * ranges
 
     def lost(self) -> int:
         """Missing samples, by the node's tick counter."""

@@ -12,6 +12,8 @@ import re
 from .errors import InputError
 
 POSITION_COUNTS_PER_RAD = 1e7
+POSITION_RANGE_RAD = 64 * 2 * math.pi
+"""Range of positions (607B) of an axis without a limited travel: beyond it they wrap, by whole ranges."""
 RATE_COUNTS_PER_RAD_S = 1e6
 TORQUE_COUNTS_OF_RATED = 1e3
 TICK_S = 0.001

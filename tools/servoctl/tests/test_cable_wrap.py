@@ -14,7 +14,7 @@ from servoctl.trajectory import AxisLimits, Real, Trajectory
 from servoctl.units import degrees, radians
 
 TRAVEL = NodeLimits(Bound(radians(-280.0), "607D:1"), Bound(radians(280.0), "607D:2"), Bound(1.0, "607F"))
-ENDLESS = NodeLimits(Bound(-REACH_RAD, "6064"), Bound(REACH_RAD, "6064"), Bound(1.0, "607F"))
+ENDLESS = NodeLimits(Bound(-REACH_RAD, "6064"), Bound(REACH_RAD, "6064"), Bound(1.0, "607F"), has_travel=False)
 LIMITS = {0: AxisLimits(TRAVEL, 1.0, 1.0)}
 
 
