@@ -107,7 +107,8 @@ enum {
   HAL_STATUS_BRAKE_PITCH = 0x08,
   HAL_STATUS_RAM_PARITY = 0x10,       /* option bit set */
   HAL_STATUS_WRITE_PROTECTION = 0x20, /* of the program's pages in flash */
-  HAL_STATUS_READ_PROTECTION = 0x40   /* of the flash, against a debugger */
+  HAL_STATUS_READ_PROTECTION = 0x40,  /* of the flash, against a debugger */
+  HAL_STATUS_FLASH_BANKS = 0x80       /* the flash has the banks that the parameter pages need */
 };
 uint32_t hal_status(hal *machine);
 

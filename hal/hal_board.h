@@ -29,7 +29,8 @@ typedef struct {
   uint32_t program_counter; /* of a fault, when it was known */
 } hal_reset;
 
-/* Results of a self-test. The lower eight bits are sent by EMCY; none of them there is HAL_TEST_MEMORY. */
+/* Results of a self-test. The lower eight bits are sent by EMCY; none of them there is HAL_TEST_MEMORY. HAL_TEST_BANKS
+ * is an option byte, and reported as one. */
 enum {
   HAL_TEST_IMAGE = 0x01,           /* CRC of the program memory, or the copy of its hot code in RAM */
   HAL_TEST_CLOCK = 0x02,           /* the frames of no connected gyro come at 1 kHz */
@@ -40,7 +41,9 @@ enum {
   HAL_TEST_GYRO_PITCH = 0x40,
   HAL_TEST_CONTROLLER = 0x80, /* ADC, CAN controller or watchdog did not start */
   HAL_TEST_MEMORY = 0x100,    /* RAM; then no other test is made */
-  HAL_TEST_COMMON = HAL_TEST_IMAGE | HAL_TEST_CLOCK | HAL_TEST_CONTROLLER | HAL_TEST_MEMORY /* disable both axes */
+  HAL_TEST_BANKS = 0x200,     /* HAL_STATUS_FLASH_BANKS is missing: nothing can be stored */
+  HAL_TEST_COMMON = HAL_TEST_IMAGE | HAL_TEST_CLOCK | HAL_TEST_CONTROLLER | HAL_TEST_MEMORY | HAL_TEST_BANKS
+  /* disable both axes */
 };
 
 typedef enum { HAL_CAN_GOOD = 0, HAL_CAN_ERROR_PASSIVE, HAL_CAN_BUS_OFF } hal_can_state;

@@ -42,8 +42,7 @@ static const od_entry kEntries[] = {
     OD_RECORD_HEAD(0x3061, 1, "Board state", "What the board reads back of its safety functions"),
     OD_U32(0x3061, 1, OD_RO, OD_TPDO, servo_node_objects, board_status, 0, U32_HIGHEST, 0, "", "Board status",
            "Sum: 1, 2: STO channels A, B permit torque; 4, 8: azimuth, pitch brake released; 16: RAM parity on; 32: "
-           "program "
-           "write-protected; 64: flash read-protected"),
+           "program write-protected; 64: flash read-protected; 128: flash with the right banks"),
 };
 
 const od_table shared_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

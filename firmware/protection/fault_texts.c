@@ -416,15 +416,18 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .owner = FAULT_OF_BOARD,
          .reported_once = true,
          .detection =
-             "An option byte of the chip leaves a protection off. The detail is a sum: 1: parity of the RAM, 2: "
-             "write protection of the program.",
+             "An option byte of the chip is not as the program needs it. The detail is a sum: 1: the parity of the RAM "
+             "is "
+             "off, 2: the program is not write-protected, 4: the flash has one bank, or starts from the second "
+             "one. With 4 both axes stay off, and nothing is stored.",
          .when = "At start-up.",
          .timer = "",
          .cause = "The board was flashed without its option bytes, or with st-flash, which cannot write-protect pages.",
          .check = "Read 3061:1: it contains 16 if the RAM parity is on, 32 if the program is write-protected, 64 if "
-                  "the flash is read-protected.",
-         .cure = "Flash the board with OpenOCD, or set the option bytes with tools/image/board openocd protect "
-                 "(docs/board.md).",
+                  "the flash is read-protected, 128 if the flash has the right banks.",
+         .cure =
+             "1, 2: flash the board with OpenOCD, or set the option bytes with tools/image/board openocd protect. 4: "
+             "tools/image/board openocd options, which erases the flash, then flash (docs/board.md).",
          .clear = NOTHING},
     [FAULT_PARAMETERS_LOST] =
         {.name = "stored parameters rejected",

@@ -278,6 +278,7 @@ static bool image_is_write_protected(void) {
 static uint32_t option_status(void) {
   return bit_if(ram_parity_is_on(), HAL_STATUS_RAM_PARITY) |
          bit_if(image_is_write_protected(), HAL_STATUS_WRITE_PROTECTION) |
+         bit_if(parameter_flash_has_its_banks(), HAL_STATUS_FLASH_BANKS) |
          bit_if(field_get(FLASH->optr, FLASH_OPTR_RDP) != FLASH_RDP_LEVEL_0, HAL_STATUS_READ_PROTECTION);
 }
 
@@ -306,7 +307,8 @@ hal *hal_board_start(void) {
   clock_check_start();
   machine->image = image_check_begin();
   machine->option_status = option_status();
-  machine->test_bits = adc_good ? 0 : HAL_TEST_CONTROLLER;
+  machine->test_bits =
+      bit_if(!adc_good, HAL_TEST_CONTROLLER) | bit_if(!parameter_flash_has_its_banks(), HAL_TEST_BANKS);
   machine->button_was_held = pins_button_is_held();
   return machine;
 }

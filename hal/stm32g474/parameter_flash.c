@@ -38,8 +38,12 @@ static bool wait_until_idle(const hal_flash *flash) {
   return true;
 }
 
+bool parameter_flash_has_its_banks(void) {
+  return (FLASH->optr & (FLASH_OPTR_DBANK | FLASH_OPTR_BFB2)) == FLASH_OPTR_DBANK;
+}
+
 static bool unlock(const hal_flash *flash) {
-  if (!wait_until_idle(flash)) {
+  if (!parameter_flash_has_its_banks() || !wait_until_idle(flash)) {
     return false;
   }
   if ((FLASH->cr & FLASH_CR_LOCK) != 0) {

@@ -10,6 +10,10 @@
 
 typedef enum { PARAMETER_AREA_0, PARAMETER_AREA_1, BUS_SETTINGS_PIECE, PARAMETER_PIECES } parameter_piece;
 
+/* Whether the option bytes give the flash two banks, and start the program from the first: otherwise the numbers of the
+ * parameter pages are those of other pages, and nothing is erased or programmed. */
+bool parameter_flash_has_its_banks(void);
+
 /* `context` is passed to `waiting`. */
 hal_flash parameter_flash(parameter_piece piece, void (*waiting)(void *context), void *context);
 

@@ -19,15 +19,26 @@ def open_bus(address):
     return can.Bus(interface="slcan", channel=f"socket://{address}", bitrate=1000000, sleep_after_open=0)
 
 
-def read(bus, index, sub):
-    request = [0x40, index & 0xFF, index >> 8, sub, 0, 0, 0, 0]
+def ask(bus, request):
     bus.send(can.Message(arbitration_id=0x601, data=request, is_extended_id=False))
     while (message := bus.recv(20.0)) is not None:
         if message.arbitration_id == 0x581:
-            assert message.data[0] & 0xE3 == 0x43, message
-            unused_bytes = message.data[0] >> 2 & 3
-            return int.from_bytes(message.data[4:8 - unused_bytes], "little", signed=True)
+            return message.data
     raise AssertionError("no answer")
+
+
+def read(bus, index, sub):
+    answer = ask(bus, [0x40, index & 0xFF, index >> 8, sub, 0, 0, 0, 0])
+    assert answer[0] & 0xE3 == 0x43, answer
+    unused_bytes = answer[0] >> 2 & 3
+    return int.from_bytes(answer[4:8 - unused_bytes], "little", signed=True)
+
+
+def write(bus, index, sub, value, size):
+    """The abort code; 0: accepted."""
+    data = value.to_bytes(size, "little").ljust(4, b"\0")
+    answer = ask(bus, [0x23 | (4 - size) << 2, index & 0xFF, index >> 8, sub, *data])
+    return 0 if answer[0] == 0x60 else int.from_bytes(answer[4:8], "little")
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

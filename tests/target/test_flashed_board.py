@@ -12,7 +12,9 @@ import test_emulate_board as emulated
 BOARD = pathlib.Path(__file__).parents[2] / "tools/image/board"
 DELIVERED = {0x20: 0xFFEFF8AA, 0x2C: 0xFF00FFFF}
 OPTION_BYTES_EMCY = 0x5500
-RAM_PARITY, WRITE_PROTECTION = 16, 32
+RAM_PARITY, WRITE_PROTECTION, BANKS = 16, 32, 128
+ONE_BANK, BANK_2 = -1 << 22, 1 << 20
+STORE_ALL, SAVE, HARDWARE_ERROR = 0x1010, 0x65766173, 0x06060000
 
 
 def flashed(action: str) -> dict[int, int]:
@@ -26,11 +28,23 @@ def flashed(action: str) -> dict[int, int]:
     return registers
 
 
+def check_that_it_only_talks(bus):
+    """No torque, and no page is erased, which the emulated chip would report at the end."""
+    for axis in (0, 0x800):
+        for controlword in (0x06, 0x07, 0x0F):
+            emulated.write(bus, 0x6040 + axis, 0, controlword, 2)
+        assert emulated.read(bus, 0x6041 + axis, 0) & 0x4F == 0, "not ready to switch on"
+    for sub in (1, 2, 3):
+        assert emulated.write(bus, STORE_ALL, sub, SAVE, 4) == HARDWARE_ERROR
+
+
 @pytest.mark.parametrize("registers, detail, status", [
-    (flashed("flash"), None, RAM_PARITY | WRITE_PROTECTION),
-    (DELIVERED, 3, 0),
-    (DELIVERED | {0x20: flashed("flash")[0x20]}, 2, RAM_PARITY),  # by st-flash
-], ids=["openocd", "delivered", "st-flash"])
+    (flashed("flash"), None, RAM_PARITY | WRITE_PROTECTION | BANKS),
+    (DELIVERED, 3, BANKS),
+    (DELIVERED | {0x20: flashed("flash")[0x20]}, 2, RAM_PARITY | BANKS),  # by st-flash
+    (flashed("flash") | {0x20: flashed("flash")[0x20] + ONE_BANK}, 4, RAM_PARITY | WRITE_PROTECTION),
+    (flashed("flash") | {0x20: flashed("flash")[0x20] + BANK_2}, 4, RAM_PARITY | WRITE_PROTECTION),
+], ids=["openocd", "delivered", "st-flash", "one bank", "bank 2"])
 def test_a_board_without_its_option_bytes_reports_them(registers, detail, status):
     options = [str(registers[0x20]), str(registers[0x2C])]
     with subprocess.Popen([os.environ["EMULATE_BOARD"], emulated.IMAGE, "--option-bytes", *options, "--until-stdin-ends",
@@ -39,7 +53,9 @@ def test_a_board_without_its_option_bytes_reports_them(registers, detail, status
         assert board.stdout.readline() == "ready\n"
         with emulated.open_bus(address) as bus:
             errors = [emulated.read(bus, 0x1003, entry) & 0xFFFFFFFF for entry in range(1, emulated.read(bus, 0x1003, 0) + 1)]
-            assert emulated.read(bus, 0x3061, 1) & (RAM_PARITY | WRITE_PROTECTION) == status
+            assert emulated.read(bus, 0x3061, 1) & (RAM_PARITY | WRITE_PROTECTION | BANKS) == status
+            if not status & BANKS:
+                check_that_it_only_talks(bus)
         board.stdin.close()
         assert board.wait(timeout=60) == 0
     found = [error >> 16 & 0xFF for error in errors if error & 0xFFFF == OPTION_BYTES_EMCY]

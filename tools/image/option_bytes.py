@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 """The option bytes that the board's image needs, for tools/image/board.
 
-    option_bytes.py registers IMAGE.bin       prints "OPTR MASK WHOLE WRP MASK": OPTR under its mask, all of OPTR, WRP1AR
-                                              under its mask. The read protection is in no mask.
+    option_bytes.py registers IMAGE.bin       prints "OPTR MASK BANKS MASK WHOLE WRP MASK": the protections and the banks in
+                                              OPTR under their masks, all of OPTR, WRP1AR under its mask. The read
+                                              protection is in no mask.
+    option_bytes.py check COPY.bin            refuses a copy of the chip's option bytes (or of OPTR) with other banks
     option_bytes.py patch COPY.bin IMAGE.bin  changes a copy of the chip's option bytes: protected as the image needs it
     option_bytes.py patch COPY.bin            ... or without write protection, for the next flash
+    option_bytes.py banks COPY.bin            ... or without write protection and with the banks that the image needs
 
 The bit positions are those of hal/stm32g474/registers/flash.h, which ./tools/test image compares with the crates.
 """
@@ -30,10 +33,11 @@ def definitions(header: str) -> dict[str, int]:
 
 
 FACTS = definitions(HEADER.read_text("utf-8"))
-# Parity of the RAM on (active low), start from bank 1, two banks with pages of 2 KiB.
-OPTR_MASK = FACTS["FLASH_OPTR_SRAM_PE"] | FACTS["FLASH_OPTR_BFB2"] | FACTS["FLASH_OPTR_DBANK"]
-OPTR = FACTS["FLASH_OPTR_DBANK"]
-OPTR_WHOLE = FACTS["FLASH_OPTR_RESET"] & ~OPTR_MASK | OPTR
+# Parity of the RAM on (active low).
+OPTR_MASK, OPTR = FACTS["FLASH_OPTR_SRAM_PE"], 0
+# Start from bank 1, two banks with pages of 2 KiB. Changing it needs an erased flash.
+BANKS_MASK, BANKS = FACTS["FLASH_OPTR_BFB2"] | FACTS["FLASH_OPTR_DBANK"], FACTS["FLASH_OPTR_DBANK"]
+OPTR_WHOLE = FACTS["FLASH_OPTR_RESET"] & ~(OPTR_MASK | BANKS_MASK) | OPTR | BANKS
 WRP_MASK = FACTS["FLASH_WRP1AR_WRP1A_STRT"] | FACTS["FLASH_WRP1AR_WRP1A_END"]
 WRP_NONE = FACTS["FLASH_WRP1AR_WRP1A_STRT"]  # starts at the last page, ends at page 0
 
@@ -48,8 +52,17 @@ def write_protection(image_bytes: int) -> int:
     return value
 
 
-def patched(copy: bytes, protection: int) -> bytes:
-    """The chip's option bytes with ours in them, refused if they are not readable or protected against reading."""
+def check_banks(copy: bytes) -> None:
+    """Raises ValueError if the image would not find its parameter pages."""
+    if len(copy) < 4:
+        raise ValueError(f"expected at least 4 option bytes, got {len(copy)}")
+    if struct.unpack_from("<I", copy)[0] & BANKS_MASK != BANKS:
+        raise ValueError("the flash has one bank, or starts from bank 2")
+
+
+def patched(copy: bytes, protection: int, banks: bool = False) -> bytes:
+    """The chip's option bytes with ours in them, refused if they are not readable, protected against reading, or with
+    other banks, which only `banks` changes."""
     if len(copy) != COPY_BYTES:
         raise ValueError(f"expected {COPY_BYTES} option bytes, got {len(copy)}")
     words = list(struct.unpack("<10I", copy))
@@ -57,7 +70,10 @@ def patched(copy: bytes, protection: int) -> bytes:
         raise ValueError("an option byte and its complement differ: set the option bytes with openocd")
     if words[0] & FACTS["FLASH_OPTR_RDP"] != FACTS["FLASH_OPTR_RESET"] & FACTS["FLASH_OPTR_RDP"]:
         raise ValueError("the flash is read-protected: remove the read protection first, which erases it")
-    for offset, value, mask in ((COPY_OPTR, OPTR, OPTR_MASK), (COPY_WRP1AR, protection, WRP_MASK), (COPY_WRP1BR, WRP_NONE, WRP_MASK)):
+    if not banks:
+        check_banks(copy)
+    optr, optr_mask = (OPTR | BANKS, OPTR_MASK | BANKS_MASK) if banks else (OPTR, OPTR_MASK)
+    for offset, value, mask in ((COPY_OPTR, optr, optr_mask), (COPY_WRP1AR, protection, WRP_MASK), (COPY_WRP1BR, WRP_NONE, WRP_MASK)):
         word = words[offset // 4] & ~mask | value
         words[offset // 4:offset // 4 + 2] = [word, ~word & 0xFFFFFFFF]
     return struct.pack("<10I", *words)
@@ -68,7 +84,12 @@ def main(arguments: list[str]) -> int:
         match arguments:
             case ["registers", image]:
                 wrp = write_protection(pathlib.Path(image).stat().st_size)
-                print(*(f"0x{value:08X}" for value in (OPTR, OPTR_MASK, OPTR_WHOLE, wrp, WRP_MASK)))
+                print(*(f"0x{value:08X}" for value in (OPTR, OPTR_MASK, BANKS, BANKS_MASK, OPTR_WHOLE, wrp, WRP_MASK)))
+            case ["check", copy]:
+                check_banks(pathlib.Path(copy).read_bytes())
+            case ["banks", copy]:
+                file = pathlib.Path(copy)
+                file.write_bytes(patched(file.read_bytes(), WRP_NONE, banks=True))
             case ["patch", copy, *image]:
                 file = pathlib.Path(copy)
                 protection = write_protection(pathlib.Path(image[0]).stat().st_size) if image else WRP_NONE

@@ -73,13 +73,14 @@ static void report_how_it_started(uint32_t failed_tests) {
                                       [HAL_RESET_BROWN_OUT] = FAULT_BROWN_OUT_RESET,
                                       [HAL_RESET_STACK_OVERFLOW] = FAULT_STACK_OVERFLOW,
                                       [HAL_RESET_RAM_PARITY] = FAULT_RAM_PARITY};
-  if (failed_tests != 0) {
+  if ((failed_tests & ~(uint32_t)HAL_TEST_BANKS) != 0) {
     servo_node_report(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
   }
-  enum { NO_RAM_PARITY = 1, NO_WRITE_PROTECTION = 2 };
+  enum { NO_RAM_PARITY = 1, NO_WRITE_PROTECTION = 2, OTHER_BANKS = 4 };
   const uint32_t status = hal_status(self.machine);
   const uint32_t missing = ((status & HAL_STATUS_RAM_PARITY) != 0 ? 0U : NO_RAM_PARITY) |
-                           ((status & HAL_STATUS_WRITE_PROTECTION) != 0 ? 0U : NO_WRITE_PROTECTION);
+                           ((status & HAL_STATUS_WRITE_PROTECTION) != 0 ? 0U : NO_WRITE_PROTECTION) |
+                           ((status & HAL_STATUS_FLASH_BANKS) != 0 ? 0U : OTHER_BANKS);
   if (missing != 0) {
     servo_node_report(&self.node, FAULT_OPTION_BYTES, (uint8_t)missing, false);
   }

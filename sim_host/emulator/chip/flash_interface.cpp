@@ -135,16 +135,20 @@ void FlashInterface::program(std::uint32_t address, std::uint32_t value, unsigne
 }
 
 void FlashInterface::erase_page() {
-  const std::uint32_t page = (reg(kCr) >> 3 & 0x7FU) + ((reg(kCr) & 1U << 11) != 0 ? kBankBytes / kPageBytes : 0);
-  const std::uint32_t offset = page * kPageBytes;
+  // In one bank the pages have twice the size, and BKER has no meaning.
+  const bool two_banks = (options_ & kTwoBanks) != 0;
+  const std::uint32_t page_bytes = two_banks ? kPageBytes : 2 * kPageBytes;
+  const std::uint32_t first_page = two_banks && (reg(kCr) & 1U << 11) != 0 ? kBankBytes / kPageBytes : 0;
+  const std::uint32_t page = (reg(kCr) >> 3 & 0x7FU) + first_page;
+  const std::uint32_t offset = page * page_bytes;
   if (offset < data_offset_) {
     report_violation(fmt::format("page {} of the running program is erased", page));
     return;
   }
   begin(kEraseTime);
-  weak_.erase(weak_.lower_bound(offset / 8), weak_.lower_bound((offset + kPageBytes) / 8));
+  weak_.erase(weak_.lower_bound(offset / 8), weak_.lower_bound((offset + page_bytes) / 8));
   const bool half = supply_fails();
-  std::fill_n(contents_.begin() + offset, half ? kPageBytes / 2 : kPageBytes, std::uint8_t{0xFF});
+  std::fill_n(contents_.begin() + offset, half ? page_bytes / 2 : page_bytes, std::uint8_t{0xFF});
 }
 
 void FlashInterface::write_key(std::uint32_t written) {

@@ -29,6 +29,7 @@ class FlashInterface : public Peripheral {
   // Option bytes, as a programmer writes them; they outlast every reset.
   static constexpr std::uint32_t kOptionsAtDelivery = 0xFFEFF8AA;
   static constexpr std::uint32_t kNoRamParity = 1U << 24;
+  static constexpr std::uint32_t kTwoBanks = 1U << 22;
   static constexpr std::uint32_t kNothingProtected = 0x7F;
   // WRP1AR: the pages of an image of this size.
   static constexpr std::uint32_t protect_image(std::size_t bytes) {

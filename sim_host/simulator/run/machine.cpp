@@ -132,7 +132,8 @@ struct MachineHal {
   }
 
   static std::uint32_t status(void *machine) {
-    std::uint32_t bits = HAL_STATUS_STO_A | HAL_STATUS_STO_B;
+    std::uint32_t bits = HAL_STATUS_STO_A | HAL_STATUS_STO_B | HAL_STATUS_RAM_PARITY | HAL_STATUS_WRITE_PROTECTION |
+                         HAL_STATUS_FLASH_BANKS;
     for (const int axis : {kAzimuth, kPitch}) {
       const std::uint32_t bit = axis == kAzimuth ? HAL_STATUS_BRAKE_AZIMUTH : HAL_STATUS_BRAKE_PITCH;
       bits |= brake_is_released(machine, axis) ? bit : 0U;

@@ -33,6 +33,10 @@ def dry_run(runner: str, action: str) -> list[list[str]]:
     return [shlex.split(line) for line in printed.splitlines() if line.startswith("'")]
 
 
+class Refused(Exception):
+    """OpenOCD ends with this error, and the script with it."""
+
+
 class Chip:
     """The chip's option registers and its flash, as OpenOCD changes them: they count from the next loading on."""
 
@@ -60,13 +64,16 @@ class Chip:
                 self.loaded = dict(self.written)
             elif step.startswith(("program ", "flash erase_sector 0 ")):
                 assert not self.protected_pages(), f"{step}: write-protected pages"
-                assert self.loaded[0x20] >> 22 & 1, f"{step}: in single-bank mode"
                 self.done.append(step.split()[0] if step.startswith("program") else "erase")
             elif condition := re.match(r"if \{\(\[mrw 0x40022020\] & (\w+)\) != (\w+) \|\| \(\[mrw 0x4002202C\] & (\w+)\) != (\w+)\}",
                                        step):
                 mask, value, wrp_mask, wrp = (int(text, 0) for text in condition.groups())
                 assert (self.loaded[0x20] & mask, self.loaded[0x2C] & wrp_mask) == (value, wrp), step
                 self.done.append("verify")
+            elif condition := re.fullmatch(r"if \{\(\[mrw 0x40022020\] & (\w+)\) != (\w+)\} \{error \{(.*)\}\}", step):
+                mask, value = int(condition[1], 0), int(condition[2], 0)
+                if self.loaded[0x20] & mask != value:
+                    raise Refused(condition[3])
             else:
                 assert step in ("init", "reset halt", "reset run", "exit"), step
 
@@ -82,18 +89,51 @@ def test_registers_lie_where_the_crate_says(crate):
     assert (crate["OPTR"].offset, crate["WRP1AR"].offset, crate["WRP1BR"].offset) == (0x20, 0x2C, 0x30)
 
 
-@pytest.mark.parametrize("other", [
-    {},
-    {"BFB2": 1, "DBANK": 0},
-    {"BOR_LEV": 4, "N_SWBOOT0": 0, "N_BOOT0": 1, "IWDG_STDBY": 0},
-])
-def test_openocd_sets_parity_two_banks_and_the_first_bank_and_nothing_else(crate, other):
+OTHER_BANKS = [{"DBANK": 0}, {"BFB2": 1}, {"BFB2": 1, "DBANK": 0}]
+OTHER_BITS = {"BOR_LEV": 4, "N_SWBOOT0": 0, "N_BOOT0": 1, "IWDG_STDBY": 0}
+
+
+@pytest.mark.parametrize("other", [{}, OTHER_BITS])
+def test_openocd_sets_the_parity_and_nothing_else(crate, other):
     optr = set_fields(crate["OPTR"], DELIVERED[0x20], **other)
     chip = Chip(DELIVERED | {0x20: optr})
     chip.run(dry_run("openocd", "flash"))
     assert chip.done == ["program", "verify"]
     # The crate calls the parity of the RAM SRAM2_PE. It is on when the bit is 0.
-    assert chip.loaded[0x20] == set_fields(crate["OPTR"], optr, SRAM2_PE=0, DBANK=1, BFB2=0)
+    assert chip.loaded[0x20] == set_fields(crate["OPTR"], optr, SRAM2_PE=0)
+
+
+@pytest.mark.parametrize("banks", OTHER_BANKS)
+@pytest.mark.parametrize("action", ["flash", "protect"])
+def test_a_chip_with_other_banks_is_refused_and_left_as_it_is(crate, banks, action):
+    chip = Chip(DELIVERED | {0x20: set_fields(crate["OPTR"], DELIVERED[0x20], **banks)})
+    before = dict(chip.written)
+    with pytest.raises(Refused, match="one bank"):
+        chip.run(dry_run("openocd", action))
+    assert (chip.written, chip.loaded, chip.done) == (before, before, [])
+    with pytest.raises(ValueError, match="one bank, or starts from bank 2"):
+        option_bytes.patched(copy_of(before), option_bytes.WRP_NONE)
+    with pytest.raises(ValueError, match="one bank, or starts from bank 2"):
+        option_bytes.check_banks(copy_of(before)[:4])
+
+
+@pytest.mark.parametrize("banks", OTHER_BANKS)
+def test_options_changes_the_banks_and_erases_what_lay_in_others(crate, banks):
+    optr = set_fields(crate["OPTR"], DELIVERED[0x20], **OTHER_BITS, **banks)
+    chip = Chip(DELIVERED | {0x20: optr})
+    chip.run(dry_run("openocd", "options"))
+    assert chip.done == ["erase"]
+    assert chip.loaded[0x20] == set_fields(crate["OPTR"], optr, DBANK=1, BFB2=0)
+    changed = option_bytes.patched(copy_of(DELIVERED | {0x20: optr}), option_bytes.WRP_NONE, banks=True)
+    assert struct.unpack_from("<I", changed)[0] == set_fields(crate["OPTR"], optr, SRAM2_PE=0, DBANK=1, BFB2=0)
+    assert dry_run("stlink", "options")[1][-1] == "erase"
+
+
+def test_options_asks_before_it_erases():
+    for answer in ("", "n\n", "no\n"):
+        ended = subprocess.run([PROJECT / "tools/image/board", "openocd", "options", IMAGE], input=answer, capture_output=True,
+                               text=True)
+        assert ended.returncode != 0 and "nothing was changed" in ended.stderr
 
 
 def test_openocd_protects_the_pages_of_the_image_and_no_other():
@@ -121,7 +161,7 @@ def test_the_read_protection_changes_by_lock_and_unlock_alone(action):
 
 
 def test_st_flash_writes_what_the_chip_was_delivered_with_and_the_parity_on(crate):
-    flash, option = dry_run("stlink", "flash")
+    _read, _check, flash, _read, _check, option = dry_run("stlink", "flash")
     assert flash[:3] == ["st-flash", "--reset", "write"]
     assert option == ["st-flash", "--area=option", "write", f"0x{set_fields(crate['OPTR'], DELIVERED[0x20], SRAM2_PE=0):08X}"]
 

@@ -88,6 +88,7 @@ def info(session: Session) -> None:
         schema = device.any_schema
         data["parameters"] = str(schema.source) if schema.source else None
         data["schema_fits"] = device.schema_fits
+        data["option_bytes"] = _option_bytes(device)
         data["axes"] = [
             read_axis(device, axis) | _set_data(device, axis) for axis in range(len(AXES)) if device.has_axis(axis)
         ]
@@ -113,6 +114,22 @@ def info(session: Session) -> None:
             out.say(f"{axis['axis']:8} set {axis['active_crc']:08X}, {stored}{staged}")
     if mismatch:
         out.note(mismatch)
+
+
+_OPTION_BYTES = {
+    0x80: "DBANK or BFB2: the flash has other banks than the image needs; no torque, and nothing is stored",
+    0x10: "SRAM_PE: no parity of the RAM",
+    0x20: "WRP1A: the image is not write-protected",
+}
+
+
+def _option_bytes(device: Device) -> str | None:
+    """Those of the board's chip that are not as the image needs them (3061:1)."""
+    status = device.try_upload(0x3061, 1)
+    if status is None:
+        return None
+    missing = [text for bit, text in _OPTION_BYTES.items() if not int.from_bytes(status, "little") & bit]
+    return "; ".join(missing) or "as needed"
 
 
 def _set_data(device: Device, axis: int) -> dict[str, Any]:
