@@ -310,6 +310,15 @@ static void tick_sdo(canopen_node *node) {
   node->sdo_client = SDO_CHANNELS;
 }
 
+static void lose_producer(canopen_node *node, uint8_t lost) {
+  const emergency_error error = {.code = EMERGENCY_HEARTBEAT, .register_bits = ERROR_COMMUNICATION, .detail = lost};
+  (void)canopen_node_raise(node, &error);
+  if (node->config.events.heartbeat_lost != NULL) {
+    node->config.events.heartbeat_lost(node->config.context, lost);
+  }
+  obey_error_behaviour(node);
+}
+
 static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
   const uint8_t producer = (uint8_t)(frame->id - HEARTBEAT_COB_ID);
   if (frame->length != 1) {
@@ -320,8 +329,13 @@ static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
     if (!heartbeat_consumer_active(object) || heartbeat_consumer_node(object) != producer) {
       continue;
     }
-    canopen_node_heard(node);
-    if (heartbeat_consumer_hear(&node->consumers[i], frame->data[0])) {
+    const heartbeat_news news = heartbeat_consumer_hear(&node->consumers[i], frame->data[0]);
+    if (news == HEARTBEAT_RESET) {
+      lose_producer(node, producer);
+    } else if (news != HEARTBEAT_BOOTED) {
+      canopen_node_heard(node);
+    }
+    if (news == HEARTBEAT_BACK) {
       node_objects_judge_heartbeats(node);
     }
   }
@@ -573,16 +587,9 @@ uint32_t canopen_node_silent_ms(const canopen_node *node) {
 static void tick_consumers(canopen_node *node) {
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     const uint32_t object = node->objects.heartbeat_consumer[i];
-    if (!heartbeat_consumer_tick(&node->consumers[i], object)) {
-      continue;
+    if (heartbeat_consumer_tick(&node->consumers[i], object)) {
+      lose_producer(node, heartbeat_consumer_node(object));
     }
-    const uint8_t lost = heartbeat_consumer_node(object);
-    const emergency_error error = {.code = EMERGENCY_HEARTBEAT, .register_bits = ERROR_COMMUNICATION, .detail = lost};
-    (void)canopen_node_raise(node, &error);
-    if (node->config.events.heartbeat_lost != NULL) {
-      node->config.events.heartbeat_lost(node->config.context, lost);
-    }
-    obey_error_behaviour(node);
   }
 }
 

@@ -26,12 +26,24 @@ void heartbeat_consumer_reset(heartbeat_consumer *consumer) {
   *consumer = (heartbeat_consumer){.health = HEARTBEAT_UNKNOWN};
 }
 
-bool heartbeat_consumer_hear(heartbeat_consumer *consumer, uint8_t remote_state) {
+static heartbeat_news hear_boot_up(heartbeat_consumer *consumer) {
+  if (consumer->health != HEARTBEAT_ALIVE) {
+    return HEARTBEAT_BOOTED;
+  }
+  consumer->health = HEARTBEAT_LOST;
+  return HEARTBEAT_RESET;
+}
+
+heartbeat_news heartbeat_consumer_hear(heartbeat_consumer *consumer, uint8_t remote_state) {
+  const uint8_t toggle_bit = 0x80; /* of node guarding */
   const bool back = consumer->health == HEARTBEAT_LOST;
+  consumer->remote_state = remote_state;
+  if ((remote_state & ~toggle_bit) == 0) {
+    return hear_boot_up(consumer);
+  }
   consumer->health = HEARTBEAT_ALIVE;
   consumer->silent_ms = 0;
-  consumer->remote_state = remote_state;
-  return back;
+  return back ? HEARTBEAT_BACK : HEARTBEAT_HEARD;
 }
 
 bool heartbeat_consumer_tick(heartbeat_consumer *consumer, uint32_t object) {

@@ -1,7 +1,8 @@
 /* Heartbeats: sends this node's heartbeat and detects the loss of another node's.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.8.3.2, objects 0x1017 (producer) and 0x1016 (consumers). The 1 ms tick advances
- * both sides. A consumer monitors a node from its first heartbeat on. */
+ * both sides. A consumer monitors a node from its first heartbeat on; a boot-up message is none. From a node that is
+ * monitored it means a reset: the node is lost. */
 #ifndef TRACKSERVO_CANOPEN_HEARTBEAT_H
 #define TRACKSERVO_CANOPEN_HEARTBEAT_H
 
@@ -38,8 +39,15 @@ bool heartbeat_consumer_active(uint32_t object);
 
 void heartbeat_consumer_reset(heartbeat_consumer *consumer);
 
-/* Takes a heartbeat of the monitored node. Returns true when the node had been lost and is back. */
-bool heartbeat_consumer_hear(heartbeat_consumer *consumer, uint8_t remote_state);
+typedef enum {
+  HEARTBEAT_HEARD, /* the node is monitored */
+  HEARTBEAT_BACK,  /* the same, and it had been lost */
+  HEARTBEAT_RESET, /* the monitored node has booted: it is lost now */
+  HEARTBEAT_BOOTED /* a node that is not monitored has */
+} heartbeat_news;
+
+/* Takes a heartbeat or boot-up message of the node. */
+heartbeat_news heartbeat_consumer_hear(heartbeat_consumer *consumer, uint8_t remote_state);
 
 /* Counts one ms. Returns true once, in the tick that declares the node lost. */
 bool heartbeat_consumer_tick(heartbeat_consumer *consumer, uint32_t object);

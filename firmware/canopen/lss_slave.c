@@ -20,6 +20,8 @@ enum {
 
 enum { FASTSCAN_BEGIN = 0x80, IDENTIFY_STEPS = 6, STANDARD_TABLE = 0, NUMBER_BITS = 32 };
 
+enum { ALL_PARTS = (1 << LSS_IDENTITY_PARTS) - 1 };
+
 /* Parts of the identity. */
 enum { REVISION = 2, SERIAL = 3 };
 
@@ -183,7 +185,7 @@ static bool wants_node_id(const lss_slave *slave) {
 
 /* The master asks bit by bit, from the highest bit of each part down; no answer means that the bit is 1. The last bit
  * of the last part leaves one node, which is switched to the configuration state: the next part is then no later
- * one. */
+ * one, and all four have matched. */
 static void fastscan(lss_slave *slave, const uint8_t *request, uint32_t number) {
   const uint8_t bit = request[5];
   const uint8_t part = request[6];
@@ -193,6 +195,7 @@ static void fastscan(lss_slave *slave, const uint8_t *request, uint32_t number) 
   }
   if (bit == FASTSCAN_BEGIN) {
     slave->scanned = 0;
+    slave->compared = 0;
     answer(slave, IDENTIFIED);
     return;
   }
@@ -202,7 +205,8 @@ static void fastscan(lss_slave *slave, const uint8_t *request, uint32_t number) 
   }
   if (bit == 0) {
     slave->scanned = next;
-    slave->configuring = next < part;
+    slave->compared = (uint8_t)(slave->compared | 1u << part);
+    slave->configuring = next < part && slave->compared == ALL_PARTS;
   }
   answer(slave, IDENTIFIED);
 }

@@ -59,6 +59,7 @@ typedef struct {
   uint8_t selected;                      /* matching parts of "switch state selective", in order */
   uint8_t identified;                    /* the same for "identify" */
   uint8_t scanned;                       /* current part of fastscan */
+  uint8_t compared;                      /* its parts that matched to the last bit, a bit each */
   bool storing;
   lss_change change;
   uint16_t delay_ms;

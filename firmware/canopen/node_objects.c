@@ -36,10 +36,13 @@ static bool is_valid_and_same(uint32_t cob_id, uint32_t other) {
 enum { USE_SYNC, USE_SDO_REQUEST, USE_RPDO, USE_SDO_RESPONSE = USE_RPDO + RPDO_COUNT, USE_EMCY, USE_TPDO };
 enum { RECEIVING_USES = USE_SDO_RESPONSE, USES = USE_TPDO + TPDO_COUNT };
 
+/* Bit 31 of 1005 has no meaning (clause 7.5.2.5): SYNC is never off. */
+static uint32_t value_of(uint32_t use, uint32_t cob_id) { return use == USE_SYNC ? cob_id & ~COB_ID_INVALID : cob_id; }
+
 static uint32_t cob_id_of(const communication_objects *objects, uint32_t use) {
   switch (use) {
     case USE_SYNC:
-      return objects->sync.cob_id;
+      return value_of(USE_SYNC, objects->sync.cob_id);
     case USE_SDO_REQUEST:
       return objects->sdo[1].request_cob_id;
     case USE_SDO_RESPONSE:
@@ -125,7 +128,7 @@ static od_abort accept_consumer(const communication_objects *objects, uint8_t su
 
 /* Bit 30 of 0x1005 requests a SYNC producer, which this node does not have. */
 static od_abort accept_sync_cob_id(uint32_t value) {
-  const bool producer = (value & (COB_ID_INVALID | COB_ID_NO_REMOTE)) != 0;
+  const bool producer = (value & COB_ID_NO_REMOTE) != 0;
   return producer || !cob_id_is_allowed(value) ? OD_BAD_VALUE : OD_OK;
 }
 
@@ -190,7 +193,7 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
   const uint8_t sub = object->entry->sub;
   const od_abort answer = accept_value(node, index, sub, value);
   const uint32_t use = use_of(index, sub);
-  const bool taken = use < USES && is_taken(&node->objects, use, (uint32_t)value.i, USES);
+  const bool taken = use < USES && is_taken(&node->objects, use, value_of(use, (uint32_t)value.i), USES);
   return answer == OD_OK && taken ? OD_INCOMPATIBLE : answer;
 }
 
@@ -291,8 +294,7 @@ void node_objects_configure_tpdo(canopen_node *node, uint32_t n) {
 }
 
 void node_objects_configure_sync(canopen_node *node) {
-  const uint32_t cob_id = node->objects.sync.cob_id;
-  node->listeners.sync = cob_id_is_valid(cob_id) ? cob_id & COB_ID_IDENTIFIER : NO_IDENTIFIER;
+  node->listeners.sync = node->objects.sync.cob_id & COB_ID_IDENTIFIER;
   sync_reset(&node->sync);
   sync_clock_reset(&node->clock);
   (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_CLOCK);

@@ -559,6 +559,32 @@ static void test_only_a_heartbeat_of_one_byte_counts(void) {
   }
 }
 
+/* CiA 301: monitoring starts with the first heartbeat. A master that boots has forgotten what it has ordered. */
+static void test_a_boot_up_starts_no_monitoring_and_is_the_loss_of_a_monitored_node(void) {
+  const uint8_t booted[1] = {0};
+  const uint8_t alive[1] = {5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
+  bench_operational();
+  bench_give(0x701, 1, booted);
+  bench_wait_ms(200);
+  TEST_ASSERT_EQUAL(0, bench.device.heartbeats_lost);
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(20);
+  bench_give(0x701, 1, booted);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL(1, bench.device.heartbeats_lost);
+  TEST_ASSERT_TRUE(is_active(0x8130));
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+  bench_give(0x701, 1, booted);
+  bench_wait_ms(200);
+  TEST_ASSERT_EQUAL(1, bench.device.heartbeats_lost); /* lost once */
+  TEST_ASSERT_TRUE(is_active(0x8130));
+  TEST_ASSERT_TRUE(canopen_node_silent_ms(NODE) > 220); /* it has not spoken */
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(2);
+  TEST_ASSERT_FALSE(is_active(0x8130));
+}
+
 static void test_error_passive_is_reported_while_it_lasts(void) {
   for (int round = 0; round < 2; round++) {
     canopen_node_error_passive(NODE, true);
@@ -727,6 +753,7 @@ int main(void) {
   RUN_TEST(test_a_node_takes_over_no_objects_and_counts_from_before);
   RUN_TEST(test_the_silence_of_the_master_is_counted_from_its_last_frame_in_each_ms);
   RUN_TEST(test_only_a_heartbeat_of_one_byte_counts);
+  RUN_TEST(test_a_boot_up_starts_no_monitoring_and_is_the_loss_of_a_monitored_node);
   RUN_TEST(test_error_passive_is_reported_while_it_lasts);
   RUN_TEST(test_after_bus_off_only_an_operational_node_obeys_its_error_behaviour);
   RUN_TEST(test_an_overrun_is_over_one_second_after_the_last_lost_frame);

@@ -406,6 +406,16 @@ static void test_a_value_that_is_refused_anyway_is_not_refused_as_taken(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1005, 0, producer | RPDO1, 4));
 }
 
+/* Some masters set bit 31 of 1005 ("consumer" of old versions), and bit 30 of an RPDO as for a TPDO. */
+static void test_bits_without_a_meaning_are_taken_and_change_nothing(void) {
+  write_ok(0x1005, 0, (uint32_t)OFF | 0x80, 4);
+  TEST_ASSERT_EQUAL_HEX32(TAKEN, bench_write(0x1005, 0, (uint32_t)OFF | RPDO1, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x80, bench.device.node.listeners.sync);
+  write_ok(0x1400, 1, (uint32_t)OFF | RPDO1, 4);
+  TEST_ASSERT_EQUAL_HEX32(TAKEN, bench_write(0x1400, 1, 0x80, 4));
+  write_ok(0x1400, 1, 0x40000000u | RPDO1, 4);
+}
+
 static void test_what_is_off_takes_no_identifier(void) {
   write_ok(0x1400, 1, (uint32_t)OFF | RPDO1, 4);
   write_ok(0x1005, 0, RPDO1, 4);
@@ -773,6 +783,7 @@ int main(void) {
   RUN_TEST(test_no_two_services_share_an_identifier);
   RUN_TEST(test_identifiers_of_fixed_services_cannot_be_taken);
   RUN_TEST(test_a_value_that_is_refused_anyway_is_not_refused_as_taken);
+  RUN_TEST(test_bits_without_a_meaning_are_taken_and_change_nothing);
   RUN_TEST(test_what_is_off_takes_no_identifier);
   RUN_TEST(test_a_value_that_is_no_identifier_may_equal_one);
   RUN_TEST(test_two_rpdos_may_receive_one_frame);

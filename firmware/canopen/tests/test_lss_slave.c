@@ -452,6 +452,27 @@ static void test_fastscan_leaves_slaves_with_a_node_id_and_wrong_requests_alone(
   TEST_ASSERT_TRUE(scan_all(0, 31, 0, 0));
 }
 
+/* A master that ends early, or leaves parts out, has found nobody. */
+static void test_fastscan_switches_no_slave_before_all_four_parts_matched(void) {
+  static const struct {
+    uint8_t parts[4];
+    uint8_t count;
+  } orders[] = {{{0, 1}, 2}, {{0, 1, 2}, 3}, {{0, 3}, 2}, {{0, 2, 3}, 3}};
+  random_source random = {1};
+  for (unsigned order = 0; order < sizeof orders / sizeof orders[0]; ++order) {
+    start_slaves(&random, 8);
+    TEST_ASSERT_TRUE(scan_all(0, 0x80, 0, 0));
+    for (uint8_t i = 0; i < orders[order].count; ++i) {
+      const uint8_t part = orders[order].parts[i];
+      const bool last = i + 1 == orders[order].count;
+      TEST_ASSERT_TRUE(scan_all(slaves[0].identity[part], 0, part, last ? 0 : orders[order].parts[i + 1]));
+    }
+    for (int i = 0; i < SLAVES; ++i) {
+      TEST_ASSERT_FALSE(slaves[i].configuring);
+    }
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_waiting_slave_neither_answers_nor_changes_anything);
@@ -475,6 +496,7 @@ int main(void) {
   RUN_TEST(test_the_first_node_id_counts_when_the_slave_is_switched_to_waiting);
   RUN_TEST(test_fastscan_finds_each_slave_once_whatever_reports_them_apart);
   RUN_TEST(test_fastscan_finds_serial_numbers_that_are_neighbours_or_extreme);
+  RUN_TEST(test_fastscan_switches_no_slave_before_all_four_parts_matched);
   RUN_TEST(test_fastscan_leaves_slaves_with_a_node_id_and_wrong_requests_alone);
   return UNITY_END();
 }
