@@ -414,11 +414,19 @@ static void receive_nmt(canopen_node *node, const can_frame *frame) {
   }
 }
 
-static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) {
-  rpdo *receiver = &node->rpdos[n];
+static void receive_pdo(canopen_node *node, rpdo *receiver, const can_frame *frame) {
   const bool was_bad = rpdo_is_bad(receiver);
-  (void)rpdo_receive(receiver, frame);
-  if (was_bad || rpdo_is_bad(receiver)) {
+  const rpdo_verdict verdict = rpdo_receive(receiver, frame);
+  if (was_bad || verdict >= RPDO_REFUSED) {
+    node_objects_judge_rpdos(node);
+  }
+}
+
+/* The values that waited for SYNC. */
+static void apply_pdo(canopen_node *node, rpdo *receiver) {
+  const bool was_bad = rpdo_is_bad(receiver);
+  const rpdo_verdict verdict = rpdo_sync(receiver);
+  if (was_bad || verdict >= RPDO_REFUSED) {
     node_objects_judge_rpdos(node);
   }
 }
@@ -443,7 +451,7 @@ static bool receive_pdos(canopen_node *node, const can_frame *frame) {
     }
     canopen_node_heard(node);
     if (!rpdo_must_wait(&node->rpdos[n], frame)) {
-      receive_pdo(node, n, frame);
+      receive_pdo(node, &node->rpdos[n], frame);
     } else if (stays_in_queue(node, &node->rpdos[n], frame)) {
       return false;
     }
@@ -454,7 +462,8 @@ static bool receive_pdos(canopen_node *node, const can_frame *frame) {
 /* Whether SYNC can take effect on all RPDOs that wait for it. */
 static bool sync_can_be_used(canopen_node *node) {
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    if (rpdo_must_wait(&node->rpdos[n], NULL) && stays_in_queue(node, &node->rpdos[n], NULL)) {
+    if (node->rpdos[n].waiting && rpdo_must_wait(&node->rpdos[n], NULL) &&
+        stays_in_queue(node, &node->rpdos[n], NULL)) {
       return false;
     }
   }
@@ -481,10 +490,8 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
     node->sync_counter[node->sync_count++] = node->sync.counter;
   }
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    const bool was_bad = rpdo_is_bad(&node->rpdos[n]);
-    (void)rpdo_sync(&node->rpdos[n]);
-    if (was_bad || rpdo_is_bad(&node->rpdos[n])) {
-      node_objects_judge_rpdos(node);
+    if (node->rpdos[n].waiting) {
+      apply_pdo(node, &node->rpdos[n]);
     }
   }
 }

@@ -64,11 +64,11 @@ static void add(pdo_map *map, const od_object *object, uint8_t bytes) {
   const pdo_item item = item_of(object, bytes);
   map->item[map->count] = item;
   map->checked = map->checked || item.checked;
-  map->waits = map->waits || item.waits;
   if (object->entry != NULL && (object->entry->flags & OD_EVENT) != 0) {
     map->event_mask = (uint8_t)(map->event_mask | ((1u << bytes) - 1u) << map->length);
   }
   map->count++;
+  map->waiting = item.waits ? map->count : map->waiting;
   map->length = (uint8_t)(map->length + bytes);
 }
 
@@ -145,13 +145,12 @@ static od_abort write_item(const pdo_item *item, const uint8_t *bytes) {
 }
 
 bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes) {
-  if (!map->waits) {
-    return false;
-  }
   bool waits = false;
-  for (uint8_t i = 0; i < map->count; i++) {
-    waits = waits || (map->item[i].waits && od_must_wait(&map->item[i].object, bytes));
-    bytes += map->item[i].bytes;
+  const pdo_item *end = &map->item[map->waiting];
+  for (const pdo_item *item = map->item; item < end; item++) {
+    waits = waits || (item->waits && !is_there(item, bytes) && /* seldom: a command changes */
+                      item->object.part->hooks->waits(item->object.part->owner, &item->object));
+    bytes += item->bytes;
   }
   return waits;
 }

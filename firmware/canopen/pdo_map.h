@@ -34,7 +34,7 @@ typedef struct {
   pdo_item item[PDO_OBJECTS];
   uint8_t count;
   bool checked;       /* one of them may refuse its value */
-  bool waits;         /* one of them may have to wait */
+  uint8_t waiting;    /* how many items there are up to the last that may have to wait */
   uint8_t length;     /* of the whole PDO, 0 .. 8 */
   uint8_t event_mask; /* bit n: byte n belongs to an object flagged OD_EVENT */
 } pdo_map;

@@ -27,7 +27,7 @@ typedef enum {
   RPDO_IGNORED, /* it is off, or nothing waited */
   RPDO_WAITS,   /* for SYNC */
   RPDO_APPLIED,
-  RPDO_REFUSED, /* a value out of its range */
+  RPDO_REFUSED, /* a value out of its range; this and the next are errors */
   RPDO_TOO_SHORT
 } rpdo_verdict;
 

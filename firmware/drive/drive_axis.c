@@ -196,18 +196,23 @@ static void step_tracking(drive_axis *axis, drive_objects *objects, const drive_
   axis->tracking = is_tracking(axis, action) ? tracking_after(axis->tracking, inputs, centred) : DRIVE_NOT_TRACKING;
 }
 
+/* Within 6067 of the demand. */
+static bool is_near(const drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint) {
+  const int32_t error = drive_position_from_angle(setpoint->position - axis->position);
+  const uint32_t window = objects->position.window;
+  return distance_between(error, 0) <= window || window == UINT32_MAX;
+}
+
 static bool target_reached(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,
                            drive_action action, float dt_s) {
   const drive_position_objects *position = &objects->position;
   const drive_velocity_objects *velocity = &objects->velocity;
   const int8_t mode = axis->motion.mode;
   const bool runs = action == DRIVE_RUN;
-  const int32_t error = drive_position_from_angle(setpoint->position - axis->position);
-  const bool near_position = distance_between(error, 0) <= position->window || position->window == UINT32_MAX;
-  const bool position_reached =
-      dwell_timer_step(&axis->position_reached,
-                       runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way && near_position,
-                       position->window_ms, dt_s);
+  const bool position_reached = dwell_timer_step(
+      &axis->position_reached,
+      runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way && is_near(axis, objects, setpoint),
+      position->window_ms, dt_s);
   const bool near_velocity = distance_between(velocity->target, velocity->actual) <= velocity->window;
   const bool velocity_reached = dwell_timer_step(
       &axis->velocity_reached, runs && mode == DRIVE_PROFILE_VELOCITY && near_velocity, velocity->window_ms, dt_s);
@@ -287,8 +292,10 @@ void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const dr
   const drive_travel *travel = &axis->motion.bounds.travel;
   const bool wrapped = !drive_travel_is_limited(travel);
   drive_motion_prepare(&axis->motion, objects, machine, dt_s);
-  const drive_angle ranges = axis->position - drive_angle_wrap(axis->position);
-  if (wrapped && drive_travel_is_limited(travel) && ranges != 0) {
-    drive_axis_shift(axis, (int)(-ranges / (INT64_C(1) << 32)));
+  if (wrapped && drive_travel_is_limited(travel)) {
+    const drive_angle ranges = axis->position - drive_angle_wrap(axis->position);
+    if (ranges != 0) {
+      drive_axis_shift(axis, (int)(-ranges / (INT64_C(1) << 32)));
+    }
   }
 }

@@ -129,9 +129,9 @@ static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, c
   }
   if (motion->blocked_direction == 0.0f && drive_travel_is_limited(&motion->bounds.travel)) {
     const drive_angle from = start_of(motion, feedback->position);
-    const float side = drive_travel_side(&motion->bounds.travel, from);
+    const float side = drive_travel_side(&motion->bounds, from);
     const float direction = demanded < 0.0f ? -1.0f : demanded > 0.0f ? 1.0f : side;
-    const float margin_rad = drive_travel_room_rad(&motion->bounds.travel, from, direction) - ahead->rate_rad_s * dt_s -
+    const float margin_rad = drive_travel_room_rad(&motion->bounds, from, direction) - ahead->rate_rad_s * dt_s -
                              profile_stop_travel_rad(ahead, braking);
     motion->blocked_direction = direction != 0.0f && margin_rad * direction <= 0.0f ? direction : 0.0f;
   }
@@ -146,7 +146,7 @@ static drive_setpoint stop(drive_motion *motion, const drive_feedback *feedback,
   profile_limits within = *limits;
   const bool limited = drive_stop_within(&motion->bounds, &within, &motion->ramp, from);
   const bool held = limited || motion->blocked_direction != 0.0f || motion->loop == SERVO_POSITION ||
-                    drive_travel_side(&motion->bounds.travel, from) != 0.0f;
+                    drive_travel_side(&motion->bounds, from) != 0.0f;
   close_loop(motion, held || controls_position(motion->mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
   drive_setpoint setpoint = setpoint_of(motion, feedback);
   const profile_motion step = profile_towards_rate(&motion->ramp, &within, 0.0f, dt_s);
@@ -183,7 +183,7 @@ static profile_limits limits_of_move(const drive_motion *motion, const drive_obj
   if (!drive_travel_is_limited(&bounds->travel)) {
     return limits;
   }
-  const float behind_rad = drive_travel_room_rad(&bounds->travel, end, distance_rad);
+  const float behind_rad = drive_travel_room_rad(bounds, end, distance_rad);
   const float longest_rad = limits.rate_rad_s * limits.rate_rad_s / (2.0f * bounds->braking_rad_s2);
   return scalar_abs(behind_rad) < longest_rad ? drive_braking_within(bounds, &limits) : limits;
 }
@@ -222,7 +222,7 @@ static drive_profile_step prepare_position(const drive_motion *motion, const dri
 /* The room in the coming tick: by then a demand has moved already, and an axis has moved with its ramp. */
 static float room_ahead_rad(const drive_motion *motion, float direction) {
   const float moving_rad = motion->loop == SERVO_POSITION ? 0.0f : motion->travel_rad;
-  return drive_travel_room_rad(&motion->bounds.travel, start_of(motion, motion->position), direction) - moving_rad;
+  return drive_travel_room_rad(&motion->bounds, start_of(motion, motion->position), direction) - moving_rad;
 }
 
 /* Of homing: 609A while the speed increases and decreases. */
@@ -248,8 +248,8 @@ static drive_profile_step prepare_velocity(const drive_motion *motion, const dri
                                                                 room_ahead_rad(motion, target_rad_s), dt_s)
                                   : profile_towards_rate(&step.ramp, &limits, target_rad_s, dt_s);
   finish_step(&step, &made);
-  const bool stays = target_rad_s == 0.0f &&
-                     (motion->loop == SERVO_POSITION || drive_travel_side(&bounds->travel, motion->position) != 0.0f);
+  const bool stays =
+      target_rad_s == 0.0f && (motion->loop == SERVO_POSITION || drive_travel_side(bounds, motion->position) != 0.0f);
   step.held = made.stops || stays;
   step.limited = clamped || made.stops;
   return step;
@@ -259,7 +259,9 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
                           float dt_s) {
   drive_bounds_update(&motion->bounds, objects, machine);
   motion->next.ready = false;
-  setpoint_queue_limit(&motion->setpoints, &motion->bounds.travel);
+  if (motion->mode == DRIVE_PROFILE_POSITION) {
+    setpoint_queue_limit(&motion->setpoints, &motion->bounds.travel);
+  }
   if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way &&
       !motion->bounds.position_unknown) {
     motion->next = prepare_position(motion, objects, dt_s);
@@ -515,7 +517,7 @@ static tracking_limits tracking_within(const drive_motion *motion, const profile
 
 /* At or beyond an end of the travel, while the target does not lead back inside. */
 static bool is_held_at_end(const drive_motion *motion, const drive_feedback *feedback) {
-  const float side = drive_travel_side(&motion->bounds.travel, feedback->position);
+  const float side = drive_travel_side(&motion->bounds, feedback->position);
   return side != 0.0f && side * feedback->target->rate_rad_s >= 0.0f;
 }
 

@@ -65,31 +65,38 @@ static float rate_in_force_rad_s(uint32_t wanted, const drive_machine *machine) 
   return scalar_min(drive_limit_from_counts(wanted), scalar_min(own_rad_s, slow_rad_s));
 }
 
+static void take_travel(drive_bounds *bounds, drive_travel travel) {
+  if (travel.minimum != bounds->travel.minimum || travel.maximum != bounds->travel.maximum) {
+    bounds->travel = travel;
+    bounds->lowest = drive_angle_from_position(travel.minimum);
+    bounds->highest = drive_angle_from_position(travel.maximum);
+  }
+}
+
 void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, const drive_machine *machine) {
   const drive_limit_objects *limit = &objects->limit;
   if (limit->position_minimum <= limit->position_maximum) {
     bounds->soft = (drive_travel){limit->position_minimum, limit->position_maximum};
   }
-  bounds->travel = machine->position_unknown ? (drive_travel){0, 0} : travel_in_force(&bounds->soft, machine);
+  take_travel(bounds, machine->position_unknown ? (drive_travel){0, 0} : travel_in_force(&bounds->soft, machine));
   bounds->rate_rad_s = rate_in_force_rad_s(limit->maximum_velocity, machine);
   bounds->braking_rad_s2 = sure_braking_rad_s2(&objects->torque, machine);
   bounds->stop_rad_s2 = machine->stop_deceleration_rad_s2;
   bounds->position_unknown = machine->position_unknown;
 }
 
-float drive_travel_room_rad(const drive_travel *travel, drive_angle position, float direction) {
-  const int32_t end = direction < 0.0f ? travel->minimum : travel->maximum;
-  return drive_angle_difference_rad(drive_angle_from_position(end), position);
+float drive_travel_room_rad(const drive_bounds *bounds, drive_angle position, float direction) {
+  return drive_angle_difference_rad(direction < 0.0f ? bounds->lowest : bounds->highest, position);
 }
 
-float drive_travel_side(const drive_travel *travel, drive_angle position) {
-  if (!drive_travel_is_limited(travel)) {
+float drive_travel_side(const drive_bounds *bounds, drive_angle position) {
+  if (!drive_travel_is_limited(&bounds->travel)) {
     return 0.0f;
   }
-  if (drive_travel_room_rad(travel, position, 1.0f) <= 0.0f) {
+  if (position >= bounds->highest) {
     return 1.0f;
   }
-  return drive_travel_room_rad(travel, position, -1.0f) >= 0.0f ? -1.0f : 0.0f;
+  return position <= bounds->lowest ? -1.0f : 0.0f;
 }
 
 profile_limits drive_braking_within(const drive_bounds *bounds, const profile_limits *limits) {
@@ -104,7 +111,7 @@ bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const
     return false;
   }
   const float direction = ramp->rate_rad_s < 0.0f ? -1.0f : 1.0f;
-  const float room_rad = direction * drive_travel_room_rad(&bounds->travel, position, direction);
+  const float room_rad = direction * drive_travel_room_rad(bounds, position, direction);
   if (room_rad > direction * profile_stop_travel_rad(ramp, limits)) {
     return false;
   }
@@ -144,7 +151,7 @@ float drive_rate_within(const drive_bounds *bounds, const profile_limits *brakin
     return rate_rad_s;
   }
   const float direction = rate_rad_s < 0.0f ? -1.0f : 1.0f;
-  const float room_rad = direction * drive_travel_room_rad(&bounds->travel, position, direction);
+  const float room_rad = direction * drive_travel_room_rad(bounds, position, direction);
   const float fastest = fastest_rad_s(room_rad, braking, dt_s);
   return scalar_clamp(rate_rad_s, -fastest, fastest);
 }

@@ -37,7 +37,9 @@ typedef struct {
 typedef struct {
   drive_travel soft;   /* 607D when it last was consistent */
   drive_travel travel; /* in force */
-  float rate_rad_s;    /* 607F, or 80 % of 2060:1 if that is less: no set-point causes fault 7180 */
+  drive_angle lowest;  /* its ends, converted once */
+  drive_angle highest;
+  float rate_rad_s; /* 607F, or 80 % of 2060:1 if that is less: no set-point causes fault 7180 */
   float braking_rad_s2;
   float stop_rad_s2;     /* least deceleration of an ordered stop */
   bool position_unknown; /* no position has a meaning */
@@ -56,10 +58,10 @@ int32_t drive_travel_position(const drive_travel *travel, drive_angle angle);
 int32_t drive_travel_clamp(const drive_travel *travel, int32_t position);
 
 /* Distance from a position to the limit in this direction, signed. */
-float drive_travel_room_rad(const drive_travel *travel, drive_angle position, float direction);
+float drive_travel_room_rad(const drive_bounds *bounds, drive_angle position, float direction);
 
 /* -1 or 1: a position at or beyond the limit on that side; 0: within the travel. */
-float drive_travel_side(const drive_travel *travel, drive_angle position);
+float drive_travel_side(const drive_bounds *bounds, drive_angle position);
 
 /* Ramp limits of a stop that must end in the travel: those of the mode, but no harder than the motor can brake. */
 profile_limits drive_braking_within(const drive_bounds *bounds, const profile_limits *limits);

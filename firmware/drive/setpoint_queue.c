@@ -15,7 +15,7 @@ bool setpoint_option_supported(uint16_t option) {
 
 static setpoint_target target_of(drive_angle origin, int64_t counts) {
   return (setpoint_target){
-      .origin = origin, .counts = counts, .angle = origin + drive_angle_from_position(counts), .limited = false};
+      .origin = origin, .counts = counts, .angle = origin + drive_angle_from_counts(counts), .limited = false};
 }
 
 /* To the nearest count. */
@@ -108,18 +108,20 @@ bool setpoint_queue_step(setpoint_queue *queue, const setpoint_order *order) {
 
 static void limit(setpoint_target *target, const drive_travel *travel) {
   const bool here = target->origin == 0;
-  const bool below = here ? target->counts < travel->minimum : target->origin < 0;
-  const bool above = here ? target->counts > travel->maximum : target->origin > 0;
-  if (below || above) {
-    *target = target_of(0, below ? travel->minimum : travel->maximum);
-    target->limited = true;
+  if (here && target->counts >= travel->minimum && target->counts <= travel->maximum) {
+    return;
   }
+  const bool below = here ? target->counts < travel->minimum : target->origin < 0;
+  *target = target_of(0, below ? travel->minimum : travel->maximum);
+  target->limited = true;
 }
 
 void setpoint_queue_limit(setpoint_queue *queue, const drive_travel *travel) {
   if (drive_travel_is_limited(travel)) {
     limit(&queue->target, travel);
-    limit(&queue->next, travel);
+    if (queue->waiting) {
+      limit(&queue->next, travel);
+    }
   }
 }
 

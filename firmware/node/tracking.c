@@ -191,8 +191,7 @@ static float joint_rad(const drive_axis *drive) {
 }
 
 static joint_travel travel_of(const drive_bounds *bounds) {
-  return (joint_travel){drive_angle_difference_rad(drive_angle_from_position(bounds->travel.minimum), 0),
-                        drive_angle_difference_rad(drive_angle_from_position(bounds->travel.maximum), 0)};
+  return (joint_travel){drive_angle_difference_rad(bounds->lowest, 0), drive_angle_difference_rad(bounds->highest, 0)};
 }
 
 static target_return_limits limits_of(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {

@@ -114,14 +114,14 @@ static void test_an_ordered_stop_is_no_more_gentle_than_protection_allows(void) 
 static void test_sides_and_rooms(void) {
   const drive_objects o = objects_default();
   const drive_bounds b = bounds_of(&o, &machine);
-  CHECK_SAME("side", 0.0, drive_travel_side(&b.travel, drive_angle_from_position(0)));
-  CHECK_SAME("side", 1.0, drive_travel_side(&b.travel, drive_angle_from_position(19950000)));
-  CHECK_SAME("side", -1.0, drive_travel_side(&b.travel, drive_angle_from_position(-9960000)));
-  CHECK_NEAR("rad", 1.995, drive_travel_room_rad(&b.travel, 0, 1.0f), 1e-6);
-  CHECK_NEAR("rad", -0.995, drive_travel_room_rad(&b.travel, 0, -1.0f), 1e-6);
-  const drive_travel none = {0, 0};
-  CHECK_SAME("side", 0.0, drive_travel_side(&none, 5));
-  TEST_ASSERT_EQUAL_INT32(7, drive_travel_clamp(&none, 7));
+  CHECK_SAME("side", 0.0, drive_travel_side(&b, drive_angle_from_position(0)));
+  CHECK_SAME("side", 1.0, drive_travel_side(&b, drive_angle_from_position(19950000)));
+  CHECK_SAME("side", -1.0, drive_travel_side(&b, drive_angle_from_position(-9960000)));
+  CHECK_NEAR("rad", 1.995, drive_travel_room_rad(&b, 0, 1.0f), 1e-6);
+  CHECK_NEAR("rad", -0.995, drive_travel_room_rad(&b, 0, -1.0f), 1e-6);
+  const drive_bounds unlimited = {.travel = {0, 0}};
+  CHECK_SAME("side", 0.0, drive_travel_side(&unlimited, 5));
+  TEST_ASSERT_EQUAL_INT32(7, drive_travel_clamp(&unlimited.travel, 7));
 }
 
 static void test_a_stop_that_would_lead_out_brakes_as_hard_as_it_must(void) {
