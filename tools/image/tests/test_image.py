@@ -204,7 +204,7 @@ def test_more_than_the_budget_is_reported(monkeypatch, capsys):
 
 @pytest.mark.parametrize("runner, action, sentence", [
     ("openocd", "fly", "unknown action 'fly' for runner 'openocd'"),
-    ("dfu", "options", "unknown action 'options' for runner 'dfu'"),
+    ("dfu", "change", "unknown action 'change' for runner 'dfu'"),  # a function of the script
     ("dfu", "debug", "the boot loader cannot debug"),
 ])
 def test_what_cannot_be_done_with_the_board_is_said_in_one_sentence(runner, action, sentence):
