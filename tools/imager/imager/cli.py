@@ -18,6 +18,7 @@ from servoctl.bus import BIT_RATES, ENVIRONMENT, parse_bus
 from servoctl.bus import FORMS as BUS_FORMS
 from servoctl.device import Device
 from servoctl.errors import ServoctlError
+from servoctl.output_files import check_new, overwrite_option
 from servoctl.tracking import DROPS
 
 from . import __version__
@@ -150,10 +151,11 @@ def _summary(
               help="From the middle of the exposure to the picture's time stamp, ms.")  # fmt: skip
 @click.option("--seconds", type=_Number(0.1), help="End after so many seconds.")
 @click.option("--quiet", is_flag=True, help="No line each second.")
+@overwrite_option
 @click.version_option(__version__, message="imager %(version)s")
 def imager(
     source: str, bus: str | None, no_bus: bool, node: int, bitrate: str, record: Path | None, pixel_urad: float,
-    azimuth_grows: str, tracker: str, camera_delay: float, seconds: float | None, quiet: bool,
+    azimuth_grows: str, tracker: str, camera_delay: float, seconds: float | None, quiet: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Finds a target in the pictures of SOURCE, follows it, and sends its error to a trackservo as camera frames.
 
@@ -162,6 +164,8 @@ def imager(
     """
     address = None if no_bus else parse_bus(bus)
     settings = Settings(Optics(1e-6 * pixel_urad, azimuth_grows == "right"), tracker, 1e-3 * camera_delay, seconds, quiet)
+    if record is not None:
+        check_new([record], overwrite, "--record", [Path(source)])
     with contextlib.ExitStack() as stack:
         opened = open_source(source)
         stack.callback(opened.close)

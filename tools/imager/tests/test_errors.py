@@ -154,6 +154,19 @@ def test_with_a_recording_that_cannot_be_written(tmp_path: Path, video: Path) ->
     assert "the folder does not exist" in refused(tmp_path, video.name, "--no-bus", "--record", "none/out.avi")
 
 
+def test_a_recording_replaces_no_file_unless_asked_and_never_the_video(tmp_path: Path, video: Path) -> None:
+    kept = tmp_path / "out.avi"
+    kept.write_bytes(b"mine")
+    (tmp_path / "same.avi").symlink_to(video)
+    before = video.read_bytes()
+    assert "'out.avi' exists already" in refused(tmp_path, video.name, "--no-bus", "--record", "out.avi")
+    for same in (video.name, f"./{video.name}", "same.avi"):
+        assert "this command reads it" in refused(tmp_path, video.name, "--no-bus", "--record", same, "--overwrite")
+    assert kept.read_bytes() == b"mine" and video.read_bytes() == before
+    assert run_imager(tmp_path, video.name, "--no-bus", "--record", "out.avi", "--overwrite").code == 0
+    assert kept.stat().st_size > 1000
+
+
 def test_a_video_is_followed_and_recorded(tmp_path: Path, video: Path) -> None:
     result = run_imager(tmp_path, video.name, "--no-bus", "--record", "out.avi")
     assert result.code == 0, result.err

@@ -99,21 +99,25 @@ def clear_log(device: Device) -> None:
         device.write_int(LOG_OBJECT, COMMAND, FORGET, 1)
 
 
+def snapshot_files(log: FaultLog, folder: Path) -> dict[Path, LogEntry]:
+    """The file for each entry that has samples, which are those of axes."""
+
+    def name_of(number: int, entry: LogEntry) -> str:
+        return f"fault-{number}-{entry.of}-{re.sub(r'[^a-z0-9]+', '-', entry.name.lower())}.csv"
+
+    return {folder / name_of(number, entry): entry for number, entry in enumerate(log.entries, 1) if entry.samples}
+
+
 def write_snapshots(log: FaultLog, folder: Path) -> list[Path]:
     """One CSV for each entry of an axis, a row for each tick; an empty cell is no number."""
     folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for number, entry in enumerate(log.entries, 1):
-        if not entry.samples:
-            continue
-        name = re.sub(r"[^a-z0-9]+", "-", entry.name.lower())
-        path = folder / f"fault-{number}-{entry.of}-{name}.csv"
+    files = snapshot_files(log, folder)
+    for path, entry in files.items():
         with path.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file)
             writer.writerow(["tick", *(_titled(signal) for signal in entry.signals)])
             writer.writerows([tick, *row] for tick, row in zip(entry.ticks(), entry.samples, strict=True))
-        paths.append(path)
-    return paths
+    return list(files)
 
 
 def _titled(signal: tuple[str, str]) -> str:

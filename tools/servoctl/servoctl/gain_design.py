@@ -21,6 +21,8 @@ PHASE_TOLERANCE_DEG = 3.0
 """A measured margin that is smaller by no more than this counts as met. In wind they differ by half a decibel and half
 a degree from one measurement to the next. The rest is for effects that a design does not model, such as the slope of
 the friction."""
+DESIGN_FILES = ("wishes.json", "parameters.json", "design.json")
+"""Requirements, the gains that were, and the design."""
 FIRST, LAST = 0x2000, 0x205F
 """The objects that a design may use."""
 
@@ -48,12 +50,12 @@ def design_gains(
     program: IdentifyProgram, folder: Path, identified: Path, schema: Schema, axis: int,
     requirements: Mapping[str, float], present: Mapping[Parameter, Value],
 ) -> Design:  # fmt: skip
-    """Runs `identify design`; wishes.json, parameters.json and design.json are in `folder` afterwards."""
-    _write(folder / "wishes.json", requirements)
+    """Runs `identify design`; DESIGN_FILES are in `folder` afterwards."""
+    wishes, parameters, path = (folder / name for name in DESIGN_FILES)
+    _write(wishes, requirements)
     shift = AXIS_SHIFT * axis
-    _write(folder / "parameters.json", {f"0x{p.index - shift:04X}:{p.sub}": value for p, value in present.items()})
-    path = folder / "design.json"
-    data = program.design(identified, folder / "wishes.json", folder / "parameters.json", path)
+    _write(parameters, {f"0x{p.index - shift:04X}:{p.sub}": value for p, value in present.items()})
+    data = program.design(identified, wishes, parameters, path)
     try:
         gains = {}
         for row in data["parameters"]:

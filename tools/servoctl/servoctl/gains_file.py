@@ -19,6 +19,7 @@ from tomlkit.items import Item, Table
 
 from .errors import InputError
 from .journal import now
+from .output_files import unused
 from .parameter import Parameter, Value
 from .schema import Schema
 from .units import number
@@ -159,8 +160,8 @@ def _replace(path: Path, text: str) -> None:
     """All or nothing: a power cut leaves the old file or the new one."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(path.name + ".part")
-        with temporary.open("w", encoding="utf-8") as file:
+        temporary = unused(path.with_name(path.name + ".part"))
+        with temporary.open("x", encoding="utf-8") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())

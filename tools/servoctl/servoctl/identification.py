@@ -38,7 +38,7 @@ FASTEST_OF_EXPERIMENTS_RAD_S = 100.0
 """2100:15 accepts no more: a 607F above means that it was never set."""
 FIRST_LOOK, MAIN, STRUCTURE = "first look", "main test plan", "structural resonances"
 PARTS = (FIRST_LOOK, MAIN, STRUCTURE)
-RESULT, REPORT, PROGRESS = "result.json", "report.html", "progress.json"
+RESULT, RESIDUALS, REPORT, PROGRESS = "result.json", "residuals.csv", "report.html", "progress.json"
 _FORMAT = "trackservo-identification-progress"
 _FILES = {
     FIRST_LOOK: ("first_look_plan.json", "first_look.csv"), MAIN: ("plan.json", "runs.csv"),
@@ -76,12 +76,19 @@ def envelope_text(axis: str, envelope: Envelope) -> str:
     )
 
 
+def result_files(folder: Path, axis: int) -> list[Path]:
+    """All that an identification may write into its folder."""
+    names = [*(name for part in _FILES.values() for name in part), FIRST_LOOK_RESULT, RESULT, RESIDUALS, gains_name(axis), REPORT, PROGRESS]
+    return [folder / name for name in names]
+
+
+def gains_name(axis: int) -> str:
+    """Of the gains file with the result."""
+    return f"{AXES[axis]}-identified.toml"
+
+
 def make_folder(folder: Path) -> Path:
-    """The folder, created if necessary; raises InputError, also when it holds another identification."""
-    if (folder / RESULT).exists():
-        raise InputError(
-            f"{folder}: already contains an identification (result.json): give another folder with --out."
-        )
+    """The folder, created if necessary; raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -212,13 +219,13 @@ class Identification:
         """Fits, and writes result, gains file and report; `quick`: from the first look alone."""
         part = FIRST_LOOK if quick else MAIN
         recording, result = self.recording(part), self.folder / RESULT
-        residuals = self.folder / "residuals.csv"
+        residuals = self.folder / RESIDUALS
         self._fit(recording, result, residuals, None if quick else self.recording(STRUCTURE))
         add_machine(result, self._device, self.axis, self.envelope)
         identified = read_identified(result)
         gains = identified.gains(self._device.schema, self.axis)
         plant = identified.plant(self._device.schema, self.axis)
-        file = self.folder / f"{AXES[self.axis]}-identified.toml"
+        file = self.folder / gains_name(self.axis)
         if gains:
             write_gains(file, gains, about(self._device))
         outcome = self._outcomes.get(part) or Outcome(

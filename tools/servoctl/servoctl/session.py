@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,8 +14,9 @@ from .bus import BIT_RATES, ENVIRONMENT, FORMS, parse_bus
 from .device import Device
 from .errors import ServoctlError
 from .output import Output
+from .output_files import check_new
 from .parameter import AXES
-from .schema import Schema, need_schema
+from .schema import Schema, named_file, need_schema
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -48,6 +49,11 @@ class Session:
     def check_bus(self) -> None:
         """Raises InputError when no valid bus is given."""
         parse_bus(self.bus)
+
+    def check_new(self, paths: Iterable[Path], overwrite: bool, option: str, *inputs: Path) -> None:
+        """As in `output_files`; the description of the device is an input, too."""
+        description = named_file(self.parameters)
+        check_new(paths, overwrite, option, [*inputs, *([description] if description else [])])
 
     def file_schema(self) -> Schema:
         """The best known parameters.json, without reading a device."""

@@ -4,6 +4,7 @@ tune.html and AXIS-active.toml of the test."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 from .device import Device
 from .drive import Drive
 from .errors import InputError
-from .gain_design import Design, Verdict, design_gains, judge, parameters_of
+from .gain_design import DESIGN_FILES, Design, Verdict, design_gains, judge, parameters_of
 from .gain_set import about, of_axis, read_values
 from .gains_file import write_gains
 from .identified import Identified
@@ -141,10 +142,29 @@ def try_out(
     return tried
 
 
+def result_files(folder: Path, axis: int) -> list[Path]:
+    """All that a tuning writes into the folder of its identification."""
+    return [folder / name for name in (*DESIGN_FILES, PAGE, active_name(axis))]
+
+
+def active_name(axis: int) -> str:
+    """Of the gains file with the gains in effect afterwards."""
+    return f"{AXES[axis]}-active.toml"
+
+
+def keep_design(work: Path, folder: Path) -> None:
+    """Copies the files of the design; raises InputError."""
+    try:
+        for name in DESIGN_FILES:
+            shutil.copyfile(work / name, folder / name)
+    except OSError as error:
+        raise InputError(f"{error.filename}: cannot be written: {error.strerror}.") from error
+
+
 def write_files(folder: Path, device: Device, proposal: Proposal, tried: Tried) -> list[Path]:
     """The report, and the gains that are active now."""
     name = AXES[proposal.axis]
-    active = folder / f"{name}-active.toml"
+    active = folder / active_name(proposal.axis)
     write_gains(active, read_values(device, of_axis(device.schema.tunable, name)), about(device))
     return [_write_page(folder, name, proposal, tried), active]
 

@@ -198,7 +198,7 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(
     for axis in ("azimuth", "pitch"):
         machine.json("state", axis, "reset")
     machine.environment["SHORT_FAULT"] = "too fast"
-    assert machine("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes").code == 6
+    assert machine("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--overwrite", "--yes").code == 6
     after = values(machine, BORROWED)
     pdos = 21
     assert after[:pdos] == before[:pdos]
@@ -378,7 +378,7 @@ def test_an_identification_is_not_written_over(machine: Bench) -> None:
     (machine.folder / "found").mkdir()
     (machine.folder / "found/result.json").write_text("{}")
     refused = machine("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    assert refused.code == 2 and "already contains an identification" in refused.err
+    assert refused.code == 2 and "'found/result.json' exists already" in refused.err
 
 
 def test_a_dry_run_of_tune_shows_the_design_and_changes_nothing(tunable: Bench) -> None:

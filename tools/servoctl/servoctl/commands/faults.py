@@ -7,10 +7,11 @@ from typing import Any
 
 import click
 
-from ..fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, write_snapshots
+from ..fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, snapshot_files, write_snapshots
 from ..fault_state import read_faults, words_data
 from ..fault_table import REACTIONS, FaultTable, find_faults, register_names
 from ..output import Output
+from ..output_files import overwrite_option
 from ..session import Session, common
 from ..units import Shown
 
@@ -55,8 +56,9 @@ def show_words(out: Output, words: dict[str, Any], keys: tuple[str, ...]) -> Non
 @click.option(
     "--snapshots", is_flag=True, help="Show the recorded signals of all logged faults, not only of the newest."
 )
+@overwrite_option
 @common
-def faults(session: Session, clear: bool, folder: Path | None, snapshots: bool) -> None:
+def faults(session: Session, clear: bool, folder: Path | None, snapshots: bool, overwrite: bool) -> None:
     """Show active faults, the error history and the fault log, with cause, check and cure.
 
     The history (1003) has the last eight errors since start-up, without times. The fault log (3020) has the last eight
@@ -67,8 +69,7 @@ def faults(session: Session, clear: bool, folder: Path | None, snapshots: bool) 
     with session.connect() as device:
         table = find_faults([device.any_schema.source])
         if folder is not None:
-            kept = read_log(device, table)
-            files = write_snapshots(kept, folder) if kept is not None else []
+            files = _write(session, read_log(device, table), folder, overwrite)
         if clear:
             device.write_int(0x1003, 0, 0, 1)
             clear_log(device)
@@ -80,6 +81,14 @@ def faults(session: Session, clear: bool, folder: Path | None, snapshots: bool) 
     for path in files:
         session.out.say(f"written: {path}")
     _show_advice(session.out, found, table, log)
+
+
+def _write(session: Session, log: FaultLog | None, folder: Path, overwrite: bool) -> list[Path]:
+    """All files, or none if one of them must not be replaced."""
+    if log is None:
+        return []
+    session.check_new(snapshot_files(log, folder), overwrite, "--csv")
+    return write_snapshots(log, folder)
 
 
 def _show_now(out: Output, found: dict[str, Any]) -> None:

@@ -27,7 +27,7 @@ from ..parameter import AXES
 from ..session import Session, common
 from ..trajectory import AxisLimits, Trajectory, read_trajectory
 from ..units import TICK_S, degrees
-from .following import following_options
+from .following import check_plot, following_options, save_errors
 from .motion import check_pace, check_slew, confirm, slew
 from .quantity import ANGLE, DURATION, Quantity
 
@@ -89,7 +89,8 @@ class SkyOptions:
 @common
 def follow(
     session: Session, file: Path, site: tuple[float, float, float] | None, heading: float, after: str | None, lowest: float,
-    rehearse: bool, seconds: float | None, slew_rate: float, interval: float, plot: Path | None, dry_run: bool, yes: bool,
+    rehearse: bool, seconds: float | None, slew_rate: float, interval: float, plot: Path | None, overwrite: bool,
+    dry_run: bool, yes: bool,
 ) -> None:  # fmt: skip
     """Follow a trajectory of the joints over time in mode csp: FILE is a CSV file, or has the two-line elements of a
     satellite.
@@ -101,6 +102,7 @@ def follow(
     The whole trajectory is checked against the node's limits of travel, rate (607F) and acceleration (6083, 6084) before
     anything moves. The axes slew to the first angle, start from rest, follow in time, and stop after the last row.
     """
+    check_plot(session, plot, overwrite, file)
     sky = SkyOptions(site, heading, after, lowest, rehearse)
     source = _satellite(file, sky) if _is_elements(file) else _from_csv(file, sky)
     with session.connect() as device:
@@ -127,7 +129,7 @@ def follow(
             early_s = _slew_s(device, whole, slew_rate) - float(whole.time_s[0]) + READY_S
             _wait(session, source.begin, early_s)
         record = _run(session, device, trajectory, whole, source.begin if not rehearse else None, slew_rate, interval)
-    _show(session, trajectory, record, plot)
+    _show(session, trajectory, record, plot, overwrite)
 
 
 # --- sources ----------------------------------------------------------------------------------------------------------
@@ -310,7 +312,7 @@ def delay_s(error_rad: Real, rate_rad_s: Real) -> float:
     return -float(np.sum(error_rad * rate_rad_s)) / square if square > 0.0 else 0.0
 
 
-def _show(session: Session, trajectory: Trajectory, record: Record, plot: Path | None) -> None:
+def _show(session: Session, trajectory: Trajectory, record: Record, plot: Path | None, overwrite: bool) -> None:
     results, rows = [], []
     for axis, error in record.error_rad.items():
         rate = np.gradient(trajectory.angles(axis, record.time_s), record.time_s) if len(error) > 2 else np.zeros(len(error))
@@ -320,7 +322,7 @@ def _show(session: Session, trajectory: Trajectory, record: Record, plot: Path |
         }  # fmt: skip
         results.append(found)
         rows.append((AXES[axis], f"{found['rms_urad']:.1f}", f"{found['max_urad']:.1f}", f"{found['delay_ms']:+.2f}"))
-    files = _save(record, plot) if plot else []
+    files = _save(record, plot, overwrite) if plot else []
     session.out.json({"axes": results, "samples": len(record.time_s), "lost": record.lost, "late_ms": record.late, "files": files})
     session.out.table(["axis", ("error rms µrad", "right"), ("largest µrad", "right"), ("behind time ms", "right")], rows)
     if record.lost:
@@ -329,11 +331,6 @@ def _show(session: Session, trajectory: Trajectory, record: Record, plot: Path |
         session.out.say("saved: " + ", ".join(files))
 
 
-def _save(record: Record, plot: Path) -> list[str]:
-    from ..plots import plot_errors, write_csv
-
+def _save(record: Record, plot: Path, overwrite: bool) -> list[str]:
     errors = {AXES[axis]: 1e6 * error for axis, error in record.error_rad.items()}
-    plot_errors(plot, "Measured angle minus trajectory", record.time_s, errors)
-    named = {f"{name}_error_urad": error for name, error in errors.items()}
-    write_csv(plot.with_suffix(".csv"), {"time_s": record.time_s, **named})
-    return [str(plot), str(plot.with_suffix(".csv"))]
+    return save_errors(plot, overwrite, "Measured angle minus trajectory", record.time_s, errors)

@@ -1,27 +1,32 @@
-"""Options of the commands that follow something over time: track and follow."""
+"""Options of the commands that follow something over time, track and follow, and the files of their plots."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+import numpy as np
+from numpy.typing import NDArray
 
+from ..output_files import overwrite_option, unused
+from ..session import Session
 from .motion import yes_options
 from .quantity import DURATION, FASTEST_RATE
 
 F = TypeVar("F", bound=Callable[..., Any])
+Real = NDArray[np.float64]
 
 PICTURES = (".png", ".svg", ".pdf")
+TABLE = ".csv"
 
 
 def following_options(slews_to: str) -> Callable[[F], F]:
-    """--slew-rate, --interval, --plot, --dry-run and --yes; `slews_to`: where the axes slew first."""
+    """--slew-rate, --interval, --plot, --overwrite, --dry-run and --yes; `slews_to`: where the axes slew first."""
 
     def add(command: F) -> F:
-        command = yes_options(command)
+        command = overwrite_option(yes_options(command))
         for option in (
             click.option(
                 "--plot", type=click.Path(path_type=Path, dir_okay=False), callback=_plot_file,
@@ -42,11 +47,25 @@ def following_options(slews_to: str) -> Callable[[F], F]:
 
 def _plot_file(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
     """Refused before anything moves, not after the flight."""
-    if path is None:
-        return None
-    if path.suffix.lower() not in PICTURES:
+    if path is not None and path.suffix.lower() not in PICTURES:
         raise click.BadParameter(f"'{path}' must end with {', '.join(PICTURES)}.", context, parameter)
-    folder = next(parent for parent in path.absolute().parents if parent.exists())
-    if not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise click.BadParameter(f"'{path}' cannot be written: {folder} is not a folder that you may write.", context, parameter)
     return path
+
+
+def check_plot(session: Session, plot: Path | None, overwrite: bool, *inputs: Path) -> None:
+    """Raises InputError when the plot, or the CSV file beside it, must not be written."""
+    if plot is not None:
+        session.check_new([plot, plot.with_suffix(TABLE)], overwrite, "--plot", *inputs)
+
+
+def save_errors(
+    plot: Path, overwrite: bool, title: str, time_s: Real, errors_urad: Mapping[str, Real],
+    states: Mapping[str, Sequence[tuple[float, float]]] | None = None,
+) -> list[str]:  # fmt: skip
+    """The plot and the CSV file; their names, which are others if files have come since `check_plot`."""
+    from ..plots import plot_errors, write_csv
+
+    plot = plot if overwrite else unused(plot, TABLE)
+    plot_errors(plot, title, time_s, errors_urad, states)
+    write_csv(plot.with_suffix(TABLE), {"time_s": time_s, **{f"{name}_error_urad": error for name, error in errors_urad.items()}})
+    return [str(plot), str(plot.with_suffix(TABLE))]

@@ -13,6 +13,7 @@ from .. import gain_set
 from ..device import Device
 from ..errors import ExitCode
 from ..gains_file import describe_difference, read_gains, write_gains
+from ..output_files import overwrite_option, unused
 from ..parameter import AXES, Parameter, Value
 from ..session import Session, common, only_axis_option, override_option, unlock_option
 from ..tuning import set_state
@@ -80,10 +81,15 @@ def _relative(device: Value, file: Value) -> str:
 @click.command(short_help="Save the device's gains to a file.")
 @click.argument("file", type=FILE, required=False)
 @only_axis_option
+@overwrite_option
 @common
-def save(session: Session, file: Path | None, axis: str | None) -> None:
-    """Save the device's gains to FILE (default: gains-DATE.toml). Comments in an existing file are preserved."""
-    path = file or Path(f"gains-{datetime.now(timezone.utc).strftime('%Y%m%dT%H%M%SZ')}.toml")
+def save(session: Session, file: Path | None, axis: str | None, overwrite: bool) -> None:
+    """Save the device's gains to FILE (default: gains-DATE.toml).
+
+    With --overwrite FILE may exist: it gets the new values, and its comments are preserved.
+    """
+    path = file or unused(Path(f"gains-{datetime.now(timezone.utc).strftime('%Y%m%dT%H%M%SZ')}.toml"))
+    session.check_new([path], overwrite, "FILE")
     with session.connect() as device:
         count = len(gain_set.of_axis(device.schema.tunable, axis))
         values = with_bar(session, "reading", count, lambda progress: gain_set.read_to_save(device, axis, progress))

@@ -22,8 +22,10 @@ from ..identification import (
     envelope_text,
     make_folder,
     read_envelope,
+    result_files,
 )
 from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
+from ..output_files import overwrite_option
 from ..parameter import AXES
 from ..session import Session, common
 from ..test_plan import COLUMNS, TestPlan, as_json, rows_of, summary_of
@@ -52,10 +54,11 @@ PROGRAM = click.option(
 )
 @click.option("--dry-run", is_flag=True, help="Show what would move, how far, how fast and how long, without moving.")
 @click.option("--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal.")
+@overwrite_option
 @common
 def identify(
     session: Session, axis: str, folder: Path | None, travel_deg: tuple[float, float] | None, speed_deg_s: float | None,
-    program: Path | None, quick: bool, dry_run: bool, yes: bool,
+    program: Path | None, quick: bool, overwrite: bool, dry_run: bool, yes: bool,
 ) -> int:  # fmt: skip
     """Measure friction and inertia of an axis by experiments, and write the results and a report.
 
@@ -63,8 +66,10 @@ def identify(
     results size the main test plan. The other axis is held in place. No gain is changed. Exit code 1 means that a
     parameter could not be determined; the report names the missing run.
     """
-    identifier = IdentifyProgram(find_identify(program))
     out = folder or new_path(Path(), "identify", axis)
+    if not dry_run:
+        session.check_new(result_files(out, AXES.index(axis)), overwrite, "--out")
+    identifier = IdentifyProgram(find_identify(program))
     with session.connect() as device, ExitStack() as stack:
         envelope = read_envelope(device, AXES.index(axis), travel_deg, speed_deg_s)
         check_place(Drive(device, AXES.index(axis)), envelope)

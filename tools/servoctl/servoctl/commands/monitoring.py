@@ -7,7 +7,7 @@ import sys
 import time
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import click
 from rich import box
@@ -20,6 +20,7 @@ from ..bus import open_bus, parse_bus
 from ..errors import ConnectionFailed, InputError
 from ..fault_table import FaultTable, find_faults
 from ..listener import Listener
+from ..output_files import overwrite_option
 from ..parameter import AXES, AXIS_SHIFT, Parameter
 from ..power import mode_name, state_of, status_flags
 from ..schema import need_schema
@@ -172,24 +173,24 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> 
 @click.option(
     "--out", "file", type=click.Path(path_type=Path, dir_okay=False), help="CSV file (default: standard output)."
 )
+@overwrite_option
 @common
 def log(
-    session: Session, names: tuple[str, ...], axis: str | None, rate: float, duration: float | None, file: Path | None
-) -> None:
+    session: Session, names: tuple[str, ...], axis: str | None, rate: float, duration: float | None, file: Path | None,
+    overwrite: bool,
+) -> None:  # fmt: skip
     """Log values as CSV. NAMEs are read by SDO at --rate; without NAMEs every received PDO is logged.
 
     With --json prints one JSON object per row. Column names include units; values without a unit are raw counts of the
     device.
     """
     begun = time.monotonic()
-    try:
-        stream = file.open("w", newline="", encoding="utf-8") if file else sys.stdout
-    except OSError as error:
-        raise InputError(f"{file}: cannot be written: {error.strerror}.") from error
+    if file:
+        session.check_new([file], overwrite, "--out")
+    writer = _RowWriter(file, session.out.as_json)
     rows = 0
     try:
         source = _read_rows(session, names, axis, rate) if names else _heard_rows(session, duration)
-        writer = _RowWriter(stream, session.out.as_json)
         for row in source:
             writer.write({"time_s": round(time.monotonic() - begun, 4), **row} if row else {})
             rows += bool(row)
@@ -198,19 +199,20 @@ def log(
     except KeyboardInterrupt:
         pass  # the usual end
     finally:
-        if file:
-            stream.close()
-    if file:
+        writer.close()
+    if file and rows:
         session.out.say(f"{rows} rows in {file}.")
     if rows == 0:
         raise ConnectionFailed("nothing was logged: no PDO arrived. The node sends PDOs only when it is operational.")
 
 
 class _RowWriter:
-    """CSV with a header of the first row's columns, or JSON lines."""
+    """CSV with a header of the first row's columns, or JSON lines, to a file or to standard output."""
 
-    def __init__(self, stream: Any, as_json: bool) -> None:
-        self._stream = stream
+    def __init__(self, file: Path | None, as_json: bool) -> None:
+        """The file is opened by the first row: without rows, one of before stays as it was."""
+        self._file = file
+        self._stream: TextIO | None = None
         self._as_json = as_json
         self._csv: csv.DictWriter[str] | None = None
 
@@ -220,14 +222,33 @@ class _RowWriter:
 
         if not row:
             return
+        stream = self._opened()
         if self._as_json:
-            print(json.dumps(row, default=repr), file=self._stream, flush=True)
+            print(json.dumps(row, default=repr), file=stream, flush=True)
             return
         if self._csv is None:
-            self._csv = csv.DictWriter(self._stream, list(row), extrasaction="ignore", restval="")
+            self._csv = csv.DictWriter(stream, list(row), extrasaction="ignore", restval="")
             self._csv.writeheader()
         self._csv.writerow({key: number(v) if isinstance(v, float) else v for key, v in row.items()})
-        self._stream.flush()
+        stream.flush()
+
+    def _opened(self) -> TextIO:
+        if self._stream is None:
+            self._stream = _open(self._file) if self._file else sys.stdout
+        return self._stream
+
+    def close(self) -> None:
+        """Ends the file; standard output stays open."""
+        if self._file and self._stream:
+            self._stream.close()
+
+
+def _open(file: Path) -> TextIO:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        return file.open("w", newline="", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written: {error.strerror}.") from error
 
 
 def _column(parameter: Parameter) -> str:

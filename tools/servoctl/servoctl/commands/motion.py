@@ -22,6 +22,7 @@ from ..limits import Limits, Plan
 from ..live import LiveAxis
 from ..moves import plan_data
 from ..node_limits import read_limits
+from ..output_files import unused
 from ..parameter import AXES
 from ..rate_run import RatesRun, send_rates
 from ..rate_run import check_pace as check_pace
@@ -120,8 +121,13 @@ def check_slew(drive: Drive, target_rad: float, rate_rad_s: float) -> None:
 
 
 def new_path(folder: Path, what: str, axis: str) -> Path:
-    """Base name of the files of a measurement."""
-    return folder / f"{what}-{axis}-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
+    """Base name of the PNG and CSV file of a measurement, or name of a folder; nothing with it exists."""
+    return timed_path(folder, f"{what}-{axis}")
+
+
+def timed_path(folder: Path, what: str) -> Path:
+    """The same of something that has no axis."""
+    return unused(folder / f"{what}-{datetime.now().strftime('%Y%m%d-%H%M%S')}", ".png", ".csv")
 
 
 def run_rates(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from datetime import datetime
 from pathlib import Path
 
 import click
@@ -14,6 +13,7 @@ from ..errors import InputError, MotionError
 from ..parameter import AXES
 from ..session import Session, common
 from ..units import Shown, parse_quantity
+from .motion import timed_path
 from .quantity import DURATION, LEAD, Quantity
 
 
@@ -69,7 +69,7 @@ def scope(
         result = _wait_and_read(session, run, names, timeout, auto)
     divider, before = wanted.divider, wanted.before
     time_s, traces = result.time_s, result.traces
-    path = folder / f"scope-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
+    path = timed_path(folder, "scope")
     from ..plots import plot_traces, write_csv
 
     write_csv(path.with_suffix(".csv"), {"time_s": time_s, **traces})

@@ -24,7 +24,7 @@ from ..parameter import AXES
 from ..session import Session, common
 from ..tracking import COASTING, NOT_TRACKING, ON_TARGET, SEARCHING, STATES, CameraMapping, FrameCounts
 from ..units import TICK_S, degrees
-from .following import following_options
+from .following import check_plot, following_options, save_errors
 from .motion import check_slew, confirm, slew
 from .quantity import ANGLE, DURATION
 
@@ -81,7 +81,7 @@ class Record:
 @common
 def track(
     session: Session, which: str, camera_id: str | None, cue: tuple[float, float] | None, cue_rate: float | None,
-    slew_rate: float, seconds: float | None, interval: float, plot: Path | None, dry_run: bool, yes: bool,
+    slew_rate: float, seconds: float | None, interval: float, plot: Path | None, overwrite: bool, dry_run: bool, yes: bool,
 ) -> None:  # fmt: skip
     """Follow the target that a camera on the bus sees (mode -1), and show the error live.
 
@@ -89,6 +89,7 @@ def track(
     axes will be back on a target that is too fast for them. Ctrl-C or the end of --seconds stops the axes on their
     ramps. The node's limits hold as in every mode.
     """
+    check_plot(session, plot, overwrite)
     identifier = tracking.parse_identifier(camera_id) if camera_id else None
     if cue is None and cue_rate is not None:
         raise InputError("--cue-rate chooses the azimuth of a cue: give --cue, too.")
@@ -106,7 +107,7 @@ def track(
         if not confirm(session, _announce(session, axes, cue, why, seconds), dry_run, yes):
             return
         record = _run(session, device, axes, identifier, [cue[axis] for axis in axes] if cue else None, slew_rate, seconds, interval)
-    _show(session, record, plot)
+    _show(session, record, plot, overwrite)
 
 
 def _announce(
@@ -212,7 +213,7 @@ def _spans(record: Record) -> dict[str, list[tuple[float, float]]]:
     return found
 
 
-def _show(session: Session, record: Record, plot: Path | None) -> None:
+def _show(session: Session, record: Record, plot: Path | None, overwrite: bool) -> None:
     results, rows = [], []
     for place, axis in enumerate(record.axes):
         errors = 1e6 * record.errors[record.followed(axis), axis]
@@ -226,7 +227,7 @@ def _show(session: Session, record: Record, plot: Path | None) -> None:
         rows.append((
             AXES[axis], f"{100 * share:.1f}", "–" if rms is None else f"{rms:.1f}", "–" if largest is None else f"{largest:.1f}", final
         ))  # fmt: skip
-    files = _save(record, plot) if plot else []
+    files = _save(record, plot, overwrite) if plot else []
     frames = record.frames
     counts = {} if frames is None else {"taken": frames.taken, "missed": frames.missed, "dropped": frames.dropped}
     session.out.json({"axes": results, "frames": counts, "files": files})
@@ -240,13 +241,9 @@ def _show(session: Session, record: Record, plot: Path | None) -> None:
         session.out.say("saved: " + ", ".join(files))
 
 
-def _save(record: Record, plot: Path) -> list[str]:
-    from ..plots import plot_errors, write_csv
-
+def _save(record: Record, plot: Path, overwrite: bool) -> list[str]:
     time_s = record.time_s()
     if not len(time_s):
         raise InputError("there is nothing to plot: the axes followed for less than 10 ms.")
     errors = {AXES[axis]: 1e6 * record.errors[:, axis] for axis in record.axes}
-    plot_errors(plot, "Target minus line of sight", time_s, errors, _spans(record))
-    write_csv(plot.with_suffix(".csv"), {"time_s": time_s, **{f"{name}_error_urad": error for name, error in errors.items()}})
-    return [str(plot), str(plot.with_suffix(".csv"))]
+    return save_errors(plot, overwrite, "Target minus line of sight", time_s, errors, _spans(record))

@@ -17,6 +17,7 @@ from ..errors import ExitCode, InputError
 from ..identified import read_identified
 from ..identify_program import IdentifyProgram, find_identify
 from ..loop_test import loop_stimulus
+from ..output_files import overwrite_option
 from ..parameter import AXES
 from ..session import Session, common, unlock_option
 from ..tune_run import LIMITS, LINES, LOWEST_HZ, REQUIREMENT_KEYS, Proposal, Tried, check_reach, predicted_text, propose
@@ -76,11 +77,12 @@ RATIO = Quantity("", above=0.0)
 @click.option("--store", is_flag=True, help="Store the gains on the device if they are kept.")
 @click.option("--dry-run", is_flag=True, help="Show the design, without changing gains or moving.")
 @click.option("--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal.")
+@overwrite_option
 @common
 def tune(
     session: Session, axis: str, folder: Path, travel_deg: tuple[float, float] | None, bias: float, amplitude: float,
     high: float, periods: int,
-    program: Path | None, unlock: bool, store: bool, dry_run: bool, yes: bool, **options: float | None,
+    program: Path | None, unlock: bool, store: bool, overwrite: bool, dry_run: bool, yes: bool, **options: float | None,
 ) -> int:  # fmt: skip
     """Design gains from an identification, test them on the live axis, and keep them if the margins are met.
 
@@ -92,6 +94,8 @@ def tune(
     """
     if bias == 0.0:
         raise InputError("--bias must not be 0: the loop is measured while the axis slides.")
+    if not dry_run:
+        session.check_new(tune_run.result_files(folder, AXES.index(axis)), overwrite, "--from", folder / "result.json")
     requirements = {REQUIREMENT_KEYS[name]: value for name, value in options.items() if value is not None}
     identified = read_identified(folder / "result.json")
     stimulus = loop_stimulus(LOWEST_HZ, high, bias, amplitude, LINES, periods)
@@ -100,7 +104,7 @@ def tune(
         identified.check_machine(device, AXES.index(axis))
         plan = stimulus.plan(axis)
         check_reach(Drive(device, AXES.index(axis)), plan, identified, travel_deg)
-        work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else folder
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         with session.out.errors.status("designing"):
             proposal = propose(
                 identifier, device, identified, AXES.index(axis), work, requirements, unlock, _option_of,
@@ -119,6 +123,7 @@ def tune(
                 session.out.note(f"{parameter.name} is locked: without --dry-run this command needs --unlock.")
             return int(ExitCode.OK)
         tried = tune_run.try_out(device, proposal, stimulus, unlock, partial(measure_loop, session, what="tune"))
+        tune_run.keep_design(work, folder)
         files = tune_run.write_files(folder, device, proposal, tried)
         if store and tried.kept:
             store_with_backup(session, device)
