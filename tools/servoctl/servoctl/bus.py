@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import can
 
 from .errors import ConnectionFailed, InputError
+from .slcan_serial import SlcanSerialBus
 from .slcan_tcp import SlcanTcpBus
 
 ENVIRONMENT = "SERVOCTL_BUS"
@@ -63,16 +64,16 @@ def open_bus(address: BusAddress, bitrate: int = 1_000_000, listen_only: bool = 
             host, _, port = address.channel.rpartition(":")
             return SlcanTcpBus(host, int(port), bitrate, listen_only)
         if address.kind == "slcan":
-            return can.Bus(
-                interface="slcan",
-                channel=address.channel,
-                bitrate=bitrate,
-                listen_only=listen_only,
-                sleep_after_open=0.1,
-            )
+            return SlcanSerialBus(address.channel, bitrate, listen_only)
         return can.Bus(interface="socketcan", channel=address.channel)
     except (OSError, can.CanError, can.CanInterfaceNotImplementedError, ValueError) as error:
         raise ConnectionFailed(f"{address}: {_reason(address, error)}") from error
+
+
+def skipped_lines(bus: can.BusABC | None) -> str:
+    """How many lines of an SLCAN adapter were no frames, as the end of a sentence; the first one is often cut."""
+    count = getattr(bus, "malformed", 0)
+    return f" {count} lines of the adapter were cut or wrong and were skipped." if count > 1 else ""
 
 
 def _reason(address: BusAddress, error: Exception) -> str:

@@ -16,7 +16,7 @@ import canopen
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from . import __version__
-from .bus import BusAddress, open_bus
+from .bus import BusAddress, open_bus, skipped_lines
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
 from .interrupts import postponed
 from .node_clock import TICKS, NodeClock
@@ -204,7 +204,7 @@ class Device:
         if isinstance(error, SdoCommunicationError) and "No SDO response" in str(error):
             return ConnectionFailed(
                 f"node {self.node_id} does not answer on {self.address}: is it switched on, and is {self.node_id}"
-                " its node id? 'servoctl scan' lists the nodes."
+                f" its node id? 'servoctl scan' lists the nodes.{skipped_lines(self.network.bus)}"
             )
         return ConnectionFailed(f"{place} could not be {'read' if what == 'read' else 'written'}: {error}.")
 

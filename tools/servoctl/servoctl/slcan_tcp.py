@@ -15,6 +15,9 @@ from typing import Any
 
 import can
 
+from .slcan_lines import LineReader
+from .slcan_serial import message_of
+
 _BIT_RATES = {125_000: "S4", 250_000: "S5", 500_000: "S6", 1_000_000: "S8"}
 STAMP_PERIOD_S = 60.0
 """After this long the time stamps start over."""
@@ -41,7 +44,7 @@ class SlcanTcpBus(can.BusABC):
         self._socket = socket.create_connection((host, port), timeout=timeout_s)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._rest = b""
+        self._reader = LineReader()
         self._messages: deque[can.Message] = deque()
         self._send_lock = threading.Lock()
         self._first_stamp_s: float | None = None
@@ -78,31 +81,12 @@ class SlcanTcpBus(can.BusABC):
             raise can.CanOperationError(f"{self.channel_info}: connection lost") from error
         if not received:
             raise can.CanOperationError(f"{self.channel_info}: the other end closed the connection")
-        *lines, self._rest = (self._rest + received.replace(b"\a", b"\r")).split(b"\r")
-        for line in lines:
-            if line[:1] in (b"t", b"T", b"r", b"R"):
-                message = self._parse(line)
-                if message is not None:
-                    self._messages.append(message)
+        self._messages.extend(message_of(line, self._time(line.stamp_ms)) for line in self._reader.take(received))
 
-    def _parse(self, line: bytes) -> can.Message | None:
-        extended, remote = line[:1] in (b"T", b"R"), line[:1] in (b"r", b"R")
-        digits = 8 if extended else 3
-        try:
-            identifier, length = int(line[1 : 1 + digits], 16), int(line[1 + digits : 2 + digits])
-            end = 2 + digits + (0 if remote else 2 * length)
-            data = bytes.fromhex(line[2 + digits : end].decode("ascii"))
-            stamp = int(line[end : end + 4], 16) if len(line) >= end + 4 else None
-        except ValueError:
-            return None  # an incomplete line, as after an overrun of the adapter
-        return can.Message(
-            timestamp=self._time(stamp),
-            arbitration_id=identifier,
-            is_extended_id=extended,
-            is_remote_frame=remote,
-            dlc=length,
-            data=data,
-        )
+    @property
+    def malformed(self) -> int:
+        """Lines of the adapter that were skipped."""
+        return self._reader.malformed
 
     def _time(self, stamp_ms: int | None) -> float:
         """Seconds since connecting; the host's clock gives the number of wraps of the stamp."""
