@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import json
 import logging
 import os
 import socket
+import subprocess
 from dataclasses import dataclass
 
 import can
@@ -16,6 +18,7 @@ from .slcan_tcp import SlcanTcpBus
 
 ENVIRONMENT = "SERVOCTL_BUS"
 FORMS = "slcan-tcp:HOST:PORT, slcan:/dev/ttyACM0 or socketcan:can0"
+IP_TIMEOUT_S = 2.0
 BIT_RATES = (125_000, 250_000, 500_000, 1_000_000)
 
 
@@ -68,6 +71,22 @@ def open_bus(address: BusAddress, bitrate: int = 1_000_000, listen_only: bool = 
         return can.Bus(interface="socketcan", channel=address.channel)
     except (OSError, can.CanError, can.CanInterfaceNotImplementedError, ValueError) as error:
         raise ConnectionFailed(f"{address}: {_reason(address, error)}") from error
+
+
+def bit_rate_of(address: BusAddress, option: int) -> int | None:
+    """In bit/s: of an adapter what --bitrate says, which sets it; of a SocketCAN interface what the system reports. None for one
+    that has none, such as vcan."""
+    return _interface_bit_rate(address.channel) if address.kind == "socketcan" else option
+
+
+def _interface_bit_rate(interface: str) -> int | None:
+    command = ["ip", "-details", "-json", "link", "show", "dev", interface]
+    try:
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=IP_TIMEOUT_S)
+        rate = json.loads(done.stdout)[0]["linkinfo"]["info_data"]["bittiming"]["bitrate"]
+    except (OSError, subprocess.SubprocessError, ValueError, LookupError, TypeError):
+        return None
+    return rate if isinstance(rate, int) and rate > 0 else None
 
 
 def skipped_lines(bus: can.BusABC | None) -> str:

@@ -16,7 +16,7 @@ import canopen
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from . import __version__
-from .bus import BusAddress, open_bus, skipped_lines
+from .bus import BusAddress, bit_rate_of, open_bus, skipped_lines
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
 from .interrupts import postponed
 from .node_clock import TICKS, NodeClock
@@ -106,6 +106,8 @@ class Device:
         self._schema_file = schema_file
         self._schema: Schema | None = None
         self.reported_hash: int | None = None
+        self.bit_rate = bit_rate_of(address, bitrate)
+        """In bit/s; None if it is unknown."""
         self.network = canopen.Network(bus=open_bus(address, bitrate))
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.network.listeners.append(_LossListener())  # type: ignore[arg-type]  # any can.Listener will do

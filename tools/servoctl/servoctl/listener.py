@@ -12,13 +12,12 @@ from dataclasses import dataclass, field
 
 import can
 
+from .can_bits import frame_bits
 from .errors import InputError
 from .parameter import Parameter, Value
 from .schema import Schema
 
 _OFF = 0x80000000
-BITS_OF_FRAME = 64
-"""Approximate bits of a standard frame besides its data: header, CRC, gaps and some stuff bits."""
 
 
 @dataclass
@@ -49,10 +48,12 @@ class Listener:
 
     def take(self, message: can.Message) -> dict[Parameter, Value]:
         """One frame of the bus; returns the values in it."""
-        if message.is_error_frame or message.is_remote_frame:
+        if message.is_error_frame:
             return {}
         self.frames += 1
-        self.bits += BITS_OF_FRAME + 8 * message.dlc
+        self.bits += frame_bits(message)
+        if message.is_remote_frame or message.is_extended_id:
+            return {}
         now = time.monotonic()
         data = bytes(message.data)
         if message.arbitration_id == 0x700 + self.node_id and data:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from .bus import BIT_RATES, ENVIRONMENT, FORMS, parse_bus
+from .bus import BIT_RATES, ENVIRONMENT, FORMS, bit_rate_of, parse_bus
 from .device import Device
 from .errors import ServoctlError
 from .output import Output
@@ -43,8 +43,11 @@ class Session:
     @property
     def bus_is_given(self) -> bool:
         """By option; the environment does not count."""
-        source = click.get_current_context().get_parameter_source("bus")
-        return source is click.core.ParameterSource.COMMANDLINE
+        return _is_given("bus")
+
+    def bit_rate(self) -> int | None:
+        """Of the connection, in bit/s; None if neither the interface nor the option --bitrate says it."""
+        return bit_rate_of(parse_bus(self.bus), self.bitrate) or (self.bitrate if _is_given("bitrate") else None)
 
     def check_bus(self) -> None:
         """Raises InputError when no valid bus is given."""
@@ -60,6 +63,10 @@ class Session:
         return need_schema(self.parameters)
 
 
+def _is_given(option: str) -> bool:
+    return click.get_current_context().get_parameter_source(option) is click.core.ParameterSource.COMMANDLINE
+
+
 def common(command: F) -> F:
     """Adds the common options; the command gets a Session as its first argument."""
 
@@ -72,7 +79,7 @@ def common(command: F) -> F:
         type=click.Choice([str(rate) for rate in BIT_RATES]),
         default="1000000",
         show_default=True,
-        help="Bit rate in bit/s, for SLCAN adapters.",
+        help="Bit rate in bit/s, for SLCAN adapters; a SocketCAN interface has its own.",
     )
     @click.option(
         "--parameters",

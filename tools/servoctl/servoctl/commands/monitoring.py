@@ -31,7 +31,6 @@ from .quantity import DURATION, Quantity
 
 REFRESH_S = 0.2
 STALE_S = 1.0
-BIT_RATE = 1_000_000
 
 
 def _listener(session: Session) -> Listener:
@@ -44,7 +43,8 @@ def _listener(session: Session) -> Listener:
 def monitor(session: Session, duration: float | None) -> None:
     """Show the state of the node live. Only receives heartbeats, PDOs and emergencies; sends nothing.
 
-    With --json prints one line every 0.2 s. PDOs are decoded with the default mapping in parameters.json.
+    With --json prints one line every 0.2 s. The bus load counts every frame received, with its stuff bits and the gap after it,
+    at the bit rate of the connection; it cannot count repeated frames. PDOs are decoded with the default mapping in parameters.json.
     """
     listener = _listener(session)
     begun = time.monotonic()
@@ -64,7 +64,7 @@ def monitor(session: Session, duration: float | None) -> None:
 def _show_live(
     session: Session, listener: Listener, bus: Any, live: Live | None, begun: float, duration: float | None
 ) -> None:
-    shown, frames, bits = begun, 0, 0
+    shown, frames, bits, bit_rate = begun, 0, 0, session.bit_rate()
     faults = find_faults([session.parameters])
     while duration is None or time.monotonic() - begun < duration:
         message = bus.recv(0.05)
@@ -73,12 +73,16 @@ def _show_live(
         now = time.monotonic()
         if now - shown < REFRESH_S:
             continue
-        rate, load = (listener.frames - frames) / (now - shown), (listener.bits - bits) / (now - shown) / BIT_RATE
+        rate, bits_per_s = (listener.frames - frames) / (now - shown), (listener.bits - bits) / (now - shown)
+        load = bits_per_s / bit_rate if bit_rate else None
         shown, frames, bits = now, listener.frames, listener.bits
         if live:
             live.update(render(listener, faults, rate, load), refresh=True)
         else:
-            session.out.json(snapshot(listener) | {"frames_per_s": round(rate, 1), "load": round(load, 4)})
+            session.out.json(snapshot(listener) | {
+                "frames_per_s": round(rate, 1), "bits_per_s": round(bits_per_s), "bit_rate": bit_rate,
+                "load": None if load is None else round(load, 4),
+            })  # fmt: skip
 
 
 def axis_values(listener: Listener, axis: int) -> dict[str, Any]:
@@ -118,14 +122,18 @@ def snapshot(listener: Listener) -> dict[str, Any]:
     }
 
 
-def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> Group:
-    """The live table."""
+def _load_text(load: float | None) -> str:
+    return "bus load unknown: give --bitrate" if load is None else f"bus load {100 * load:.1f} %"
+
+
+def render(listener: Listener, faults: FaultTable, rate: float, load: float | None) -> Group:
+    """The live table; `load` is the share of the bus, None if its bit rate is unknown."""
     data = snapshot(listener)
     age = data["heartbeat_age_s"]
     beat = "no heartbeat yet" if age is None else f"heartbeat {1e3 * age:.0f} ms ago"
     late = age is None or age > STALE_S
     head = Text(
-        f"node {listener.node_id}  {data['nmt']}  {beat}  {rate:.0f} frames/s  bus load {100 * load:.1f} %",
+        f"node {listener.node_id}  {data['nmt']}  {beat}  {rate:.0f} frames/s  {_load_text(load)}",
         style="red" if late else "",
     )
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))

@@ -23,12 +23,12 @@ import can
 
 from .. import capture, power, recording, restrictions, tracking
 from ..axis_state import read_axis
+from ..can_bits import frame_bits
 from ..device import Device
 from ..drive import QUICK_STOP_ACTIVE, Drive
 from ..errors import ConnectionFailed, MotionError, ServoctlError
 from ..fault_table import FaultTable, find_faults
 from ..interrupts import deaf
-from ..listener import BITS_OF_FRAME
 from ..loop_test import MeasuredLoop
 from ..node_limits import read_limits
 from ..parameter import AXES
@@ -64,17 +64,19 @@ class Order:
 
 
 class BusLoad(can.Listener):
-    """Counts bits of all frames."""
+    """Counts bits of all frames that are received; those of this program are not."""
 
-    def __init__(self, bit_rate: int) -> None:
+    def __init__(self, bit_rate: int | None) -> None:
+        """`bit_rate` in bit/s, None if it is unknown: then the share is, too."""
         self.bits = 0
         self._bit_rate = bit_rate
         self._since = (time.monotonic(), 0)
-        self.share = 0.0
+        self.share: float | None = 0.0 if bit_rate else None
 
     def on_message_received(self, msg: can.Message) -> None:
         """Called by the thread that receives."""
-        self.bits += BITS_OF_FRAME + 8 * msg.dlc
+        if not msg.is_error_frame:
+            self.bits += frame_bits(msg)
 
     def on_error(self, exc: Exception) -> None:
         """The thread of the bus reports it."""
@@ -84,8 +86,13 @@ class BusLoad(can.Listener):
         now, bits = time.monotonic(), self.bits
         passed = now - self._since[0]
         if passed >= 0.5:
-            self.share = (bits - self._since[1]) / passed / self._bit_rate
+            self.share = (bits - self._since[1]) / passed / self._bit_rate if self._bit_rate else None
             self._since = (now, bits)
+
+
+def _bit_rate(device: Device) -> int | None:
+    """That of the node (3050:2), otherwise that of the connection, in bit/s."""
+    return 1000 * int.from_bytes(device.try_upload(0x3050, 2) or b"", "little") or device.bit_rate
 
 
 class Engine:
@@ -309,7 +316,7 @@ class Engine:
     def _serve(self, device: Device) -> None:
         identity = device.identity()
         frames = StopFrames(device)
-        load = BusLoad(1000 * (int.from_bytes(device.try_upload(0x3050, 2) or b"", "little") or 1000))
+        load = BusLoad(_bit_rate(device))
         if device.network.notifier is not None:
             device.network.notifier.add_listener(load)
         device.network.subscribe(0x80 + device.node_id, self._take_emergency)

@@ -99,7 +99,8 @@ function show(received) {
   const trouble = !link.up ? link.text : node.mismatch || "";
   $("trouble").hidden = !trouble;
   setText($("trouble"), trouble);
-  setText($("load"), link.up ? `${(100 * received.load).toFixed(0)} %` : "–");
+  setText($("load"), !link.up ? "–" : received.load === null ? "unknown" : `${(100 * received.load).toFixed(0)} %`);
+  $("load").title = received.load === null ? "neither the node nor the interface reports the bit rate" : "of the frames received";
   setText($("rate"), stream.period_ms && node.nmt === "operational" ? `${1000 / stream.period_ms} Hz` : "–");
   setText($("lost"), stream.period_ms ? String(stream.missing + pages.dropped) : "–");
   $("lost").title = `${stream.missing} on the bus, ${pages.dropped} on the way to this page`;
