@@ -86,7 +86,7 @@ def test_monitor_shows_the_load_at_the_bit_rate_of_the_connection(tmp_path: Path
 
     with tcp_adapter() as (address, send):
         threading.Thread(target=talk, args=(send,), daemon=True).start()
-        shown = bench("monitor", "--bus", address, "--bitrate", str(bit_rate), "--for", "1.5", "--json")
+        shown = bench("monitor", "--passive", "--bus", address, "--bitrate", str(bit_rate), "--for", "1.5", "--json")
         end.set()
     rows = [json.loads(line) for line in shown.out.splitlines()][1:]
     assert len(rows) >= 2 and {row["bit_rate"] for row in rows} == {bit_rate}
@@ -126,7 +126,7 @@ def test_the_bit_rate_of_socketcan_is_that_of_the_interface(
 
 
 def test_without_a_bit_rate_there_is_a_word_instead_of_a_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from servoctl.commands import monitoring
+    from servoctl import pdo_ears
 
     class Silent:
         def __enter__(self) -> Silent:
@@ -137,13 +137,13 @@ def test_without_a_bit_rate_there_is_a_word_instead_of_a_number(tmp_path: Path, 
         def recv(self, timeout: float) -> None:
             time.sleep(timeout)
 
-    monkeypatch.setattr(monitoring, "open_bus", lambda *_a, **_k: Silent())
+    monkeypatch.setattr(pdo_ears, "open_bus", lambda *_a, **_k: Silent())
     bench = Bench("socketcan:none0", tmp_path)
-    rows = bench("monitor", "--for", "0.5", "--json").out.splitlines()
+    rows = bench("monitor", "--passive", "--for", "0.5", "--json").out.splitlines()
     assert json.loads(rows[-1])["load"] is None and json.loads(rows[-1])["bit_rate"] is None
-    given = bench("monitor", "--for", "0.5", "--json", "--bitrate", "250000").out.splitlines()
+    given = bench("monitor", "--passive", "--for", "0.5", "--json", "--bitrate", "250000").out.splitlines()
     assert json.loads(given[-1])["bit_rate"] == 250_000 and json.loads(given[-1])["load"] == 0.0
-    assert "bus load unknown: give --bitrate" in bench("monitor", "--for", "0.5").out
+    assert "bus load unknown: give --bitrate" in bench("monitor", "--passive", "--for", "0.5").out
 
 
 def test_the_page_counts_the_same_bits() -> None:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import csv
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from datetime import datetime
 from pathlib import Path
 from typing import Any, TextIO
 
+import can
 import click
 from rich import box
 from rich.console import Group
@@ -16,14 +19,15 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ..bus import open_bus, parse_bus
+from ..bus import parse_bus
 from ..errors import ConnectionFailed, InputError
 from ..fault_table import FaultTable, find_faults
-from ..listener import Listener
+from ..listener import Listener, Misfit
 from ..output_files import overwrite_option
-from ..parameter import AXES, AXIS_SHIFT, Parameter
+from ..parameter import AXES, AXIS_SHIFT, Parameter, Value
+from ..pdo_ears import Ear, hear, mappings_text
+from ..pdo_mapping import EXTENDED
 from ..power import mode_name, state_of, status_flags
-from ..schema import need_schema
 from ..session import NameType, Session, axis_option, common
 from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, number
 from .parameters import read_or_none
@@ -33,27 +37,36 @@ REFRESH_S = 0.2
 STALE_S = 1.0
 
 
-def _listener(session: Session) -> Listener:
-    return Listener(session.node, need_schema(session.parameters))
+passive_option = click.option(
+    "--passive", is_flag=True, help="Listen only, send nothing: PDOs are decoded with the mapping as delivered."
+)
+
+
+def _hear(session: Session, passive: bool) -> AbstractContextManager[Ear]:
+    return hear(parse_bus(session.bus), session.node, session.bitrate, session.parameters, passive)
 
 
 @click.command(short_help="Show state, angles and faults live.")
 @click.option("--for", "duration", type=DURATION, help="Stop after this time (s); default: until Ctrl-C.")
+@passive_option
 @common
-def monitor(session: Session, duration: float | None) -> None:
-    """Show the state of the node live. Only receives heartbeats, PDOs and emergencies; sends nothing.
+def monitor(session: Session, duration: float | None, passive: bool) -> None:
+    """Show the state of the node live, from its heartbeats, PDOs and emergencies.
+
+    The mapping of the PDOs is read by SDO at the start, and when it may have changed. With --passive nothing is sent. A frame
+    that does not fit its mapping is not decoded, and is shown as such.
 
     With --json prints one line every 0.2 s. The bus load counts every frame received, with its stuff bits and the gap after it,
-    at the bit rate of the connection; it cannot count repeated frames. PDOs are decoded with the default mapping in parameters.json.
+    at the bit rate of the connection; it cannot count repeated frames.
     """
-    listener = _listener(session)
-    begun = time.monotonic()
-    with open_bus(parse_bus(session.bus), session.bitrate, listen_only=True) as bus:
+    with _hear(session, passive) as ear:
         live = None if session.out.as_json else Live(console=session.out.console, auto_refresh=False)
         try:
             if live:
                 live.start()
-            _show_live(session, listener, bus, live, begun, duration)
+            elif ear.warning:
+                session.out.note(ear.warning)
+            _show_live(session, ear, live, duration)
         except KeyboardInterrupt:
             pass  # the usual end
         finally:
@@ -61,13 +74,13 @@ def monitor(session: Session, duration: float | None) -> None:
                 live.stop()
 
 
-def _show_live(
-    session: Session, listener: Listener, bus: Any, live: Live | None, begun: float, duration: float | None
-) -> None:
-    shown, frames, bits, bit_rate = begun, 0, 0, session.bit_rate()
+def _show_live(session: Session, ear: Ear, live: Live | None, duration: float | None) -> None:
+    listener = ear.listener
+    begun = shown = time.monotonic()
+    frames, bits, bit_rate = listener.frames, listener.bits, session.bit_rate()
     faults = find_faults([session.parameters])
     while duration is None or time.monotonic() - begun < duration:
-        message = bus.recv(0.05)
+        message = ear.recv(0.05)
         if message is not None:
             listener.take(message)
         now = time.monotonic()
@@ -77,11 +90,11 @@ def _show_live(
         load = bits_per_s / bit_rate if bit_rate else None
         shown, frames, bits = now, listener.frames, listener.bits
         if live:
-            live.update(render(listener, faults, rate, load), refresh=True)
+            live.update(render(ear, faults, rate, load), refresh=True)
         else:
             session.out.json(snapshot(listener) | {
                 "frames_per_s": round(rate, 1), "bits_per_s": round(bits_per_s), "bit_rate": bit_rate,
-                "load": None if load is None else round(load, 4),
+                "load": None if load is None else round(load, 4), "mapping": ear.mapping,
             })  # fmt: skip
 
 
@@ -118,6 +131,10 @@ def snapshot(listener: Listener) -> dict[str, Any]:
         "nmt": listener.state,
         "heartbeat_age_s": age,
         "axes": [axis_values(listener, axis) for axis in range(len(AXES))],
+        "not_decoded": [
+            {"cob_id": f"{identifier & 0x1FFFFFFF:X}", "length": found.length, "expected": found.expected, "frames": found.frames}
+            for identifier, found in listener.misfits.items()
+        ],
         "emergencies": [{"time": t, "code": c, "register": r} for t, c, r in listener.emergencies],
     }
 
@@ -126,8 +143,9 @@ def _load_text(load: float | None) -> str:
     return "bus load unknown: give --bitrate" if load is None else f"bus load {100 * load:.1f} %"
 
 
-def render(listener: Listener, faults: FaultTable, rate: float, load: float | None) -> Group:
+def render(ear: Ear, faults: FaultTable, rate: float, load: float | None) -> Group:
     """The live table; `load` is the share of the bus, None if its bit rate is unknown."""
+    listener = ear.listener
     data = snapshot(listener)
     age = data["heartbeat_age_s"]
     beat = "no heartbeat yet" if age is None else f"heartbeat {1e3 * age:.0f} ms ago"
@@ -159,6 +177,7 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float | No
         lines.append(
             Text("No PDOs: the node is not operational ('servoctl state AXIS enable' makes it operational).", style="yellow")
         )
+    lines += [Text(text, style="yellow") for text in _mapping_lines(ear)]
     for when, code, register in list(listener.emergencies)[-4:]:
         clock = datetime.fromtimestamp(when).strftime("%H:%M:%S")
         text = (
@@ -168,6 +187,18 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float | No
         )
         lines.append(Text(text, style="red" if code else ""))
     return Group(*lines)
+
+
+def _mapping_lines(ear: Ear) -> list[str]:
+    misfits = [misfit_text(identifier, found) for identifier, found in ear.listener.misfits.items()]
+    return [*([ear.warning] if ear.warning else []), *misfits]
+
+
+def misfit_text(identifier: int, found: Misfit) -> str:
+    """Of one PDO."""
+    return (
+        f"PDO {identifier & 0x1FFFFFFF:X} is not decoded: it has {found.length} bytes, but its mapping here has {found.expected}."
+    )
 
 
 @click.command(short_help="Log values as CSV.")
@@ -181,25 +212,32 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float | No
 @click.option(
     "--out", "file", type=click.Path(path_type=Path, dir_okay=False), help="CSV file (default: standard output)."
 )
+@passive_option
 @overwrite_option
 @common
 def log(
     session: Session, names: tuple[str, ...], axis: str | None, rate: float, duration: float | None, file: Path | None,
-    overwrite: bool,
+    passive: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Log values as CSV. NAMEs are read by SDO at --rate; without NAMEs every received PDO is logged.
+
+    The mapping of the PDOs is read by SDO, or with --passive assumed to be as delivered. A frame that does not fit its mapping is
+    not decoded: the column "not decoded" has its identifier and bytes.
 
     With --json prints one JSON object per row. Column names include units; values without a unit are raw counts of the
     device.
     """
-    begun = time.monotonic()
+    if names and passive:
+        raise InputError("--passive sends nothing, but values with NAMEs are read by SDO: give one of the two.")
     if file:
         session.check_new([file], overwrite, "--out")
     writer = _RowWriter(file, session.out.as_json)
     rows = 0
     try:
-        source = _read_rows(session, names, axis, rate) if names else _heard_rows(session, duration)
+        source = _read_rows(session, names, axis, rate) if names else _heard_rows(session, passive)
+        begun = None
         for row in source:
+            begun = begun or time.monotonic()
             writer.write({"time_s": round(time.monotonic() - begun, 4), **row} if row else {})
             rows += bool(row)
             if duration is not None and time.monotonic() - begun >= duration:
@@ -273,14 +311,37 @@ def _read_rows(session: Session, names: tuple[str, ...], axis: str | None, rate:
             time.sleep(next_s - time.monotonic() if next_s > time.monotonic() else 0.0)
 
 
-def _heard_rows(session: Session, duration: float | None) -> Any:
+NOT_DECODED = "not decoded"
+
+
+def _heard_rows(session: Session, passive: bool) -> Iterator[dict[str, Any]]:
     """A row for each PDO, with the last value of every mapped object; an empty one when nothing came for 50 ms."""
-    listener = _listener(session)
-    columns = [p for mapping in listener.mappings.values() for p in mapping]
-    with open_bus(parse_bus(session.bus), session.bitrate, listen_only=True) as bus:
+    with _hear(session, passive) as ear:
+        if ear.warning:
+            session.out.note(ear.warning)
+        columns = [p for mapping in ear.listener.mappings.values() for p in mapping.parameters]
+        told: set[int] = set()
+        mappings = ear.listener.mappings
         while True:
-            message = bus.recv(0.05)
-            if message is not None and listener.take(message):
-                yield {_column(p): listener.values[p].value if p in listener.values else None for p in columns}
-            else:
-                yield {}
+            if ear.listener.mappings != mappings:
+                mappings = ear.listener.mappings
+                session.out.note(f"the PDO mapping has changed to {mappings_text(mappings)}. The columns stay as they are.")
+            message = ear.recv(0.05)
+            found = ear.listener.take(message) if message is not None else {}
+            misfit = "" if message is None or found else _misfit(session, ear.listener, message, told)
+            yield {**_cells(ear.listener, columns), NOT_DECODED: misfit} if found or misfit else {}
+
+
+def _cells(listener: Listener, columns: list[Parameter]) -> dict[str, Value | None]:
+    return {_column(p): listener.values[p].value if p in listener.values else None for p in columns}
+
+
+def _misfit(session: Session, listener: Listener, message: can.Message, told: set[int]) -> str:
+    """Identifier and bytes of a PDO that does not fit, empty for every other frame; the first one of each is reported."""
+    identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
+    if identifier not in listener.misfits or message.is_remote_frame or message.is_error_frame:
+        return ""
+    if identifier not in told:
+        told.add(identifier)
+        session.out.note(misfit_text(identifier, listener.misfits[identifier]))
+    return f"{message.arbitration_id:X}: {bytes(message.data).hex(' ').upper()}"
