@@ -10,15 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from sgp4.api import SGP4_ERRORS, Satrec, SatrecArray, jday
-from sgp4.io import compute_checksum
 
 from .errors import InputError
-from .trajectory import MAX_BYTES, Trajectory
+from .trajectory import Trajectory
 from .units import degrees
 
 Real = NDArray[np.float64]
@@ -27,11 +25,16 @@ EARTH_RADIUS_KM = 6378.137
 FLATTENING = 1.0 / 298.257223563
 EARTH_RATE_RAD_S = 7.292115146706979e-5
 ROW_S = 0.1
+MOST_ROWS = 36_000
+"""Of a pass: those of more than an hour are slow, and have rows further apart."""
 SEARCH_STEP_S = 20.0
+RISEN_S = 0.2
+"""So long after its rise, which is known to 0.05 s, a satellite is above the elevation."""
 SEARCH_H = 48.0
+ENDLESS_S = 3600.0
+"""A satellite that does not set is followed for so long."""
 FIRST_YEAR, LAST_YEAR = 1957, 2056
 """What the two digits of the year in the elements can mean."""
-_LINE_LENGTH = 69
 
 
 @dataclass(frozen=True)
@@ -53,44 +56,6 @@ class Directions:
     azimuth_rate_rad_s: Real
     elevation_rate_rad_s: Real
     range_km: Real
-
-
-def is_elements(path: Path) -> bool:
-    """A file with two-line elements, and not a CSV."""
-    try:
-        if not path.is_file() or path.stat().st_size > MAX_BYTES:
-            return False
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return False
-    return any(line.startswith("1 ") and len(line.rstrip()) >= 60 for line in lines) or path.suffix.lower() == ".tle"
-
-
-def read_elements(path: Path) -> tuple[str, Satrec]:
-    """Name and elements of the one satellite in the file; raises InputError with file and line."""
-    lines = [(n, line.rstrip()) for n, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1) if line.strip()]
-    firsts = [i for i, (_, line) in enumerate(lines) if line.startswith("1 ")]
-    if not firsts:
-        raise InputError(f"{path}:1: no line of elements begins with '1 '; expected a name, line 1 and line 2.")
-    if len(firsts) > 1:
-        raise InputError(f"{path}:{lines[firsts[1]][0]}: a second satellite begins here; give a file with one.")
-    first = firsts[0]
-    if first + 1 >= len(lines) or not lines[first + 1][1].startswith("2 "):
-        raise InputError(f"{path}:{lines[first][0]}: line 2 of the elements must follow, which begins with '2 '.")
-    for number, line in lines[first : first + 2]:
-        if len(line) != _LINE_LENGTH:
-            raise InputError(f"{path}:{number}: a line of elements has {_LINE_LENGTH} characters, this one has {len(line)}.")
-        if str(compute_checksum(line)) != line[-1]:
-            raise InputError(f"{path}:{number}: the checksum is {line[-1]}, expected {compute_checksum(line)}: the line is damaged.")
-    one, two = lines[first][1], lines[first + 1][1]
-    if one[2:7] != two[2:7]:
-        raise InputError(f"{path}:{lines[first + 1][0]}: satellite {two[2:7]} differs from {one[2:7]} in line 1.")
-    try:
-        elements = Satrec.twoline2rv(one, two)
-    except ValueError as error:
-        raise InputError(f"{path}:{lines[first][0]}: {error}.") from error
-    name = lines[first - 1][1].removeprefix("0 ").strip() if first else f"satellite {one[2:7].strip()}"
-    return name, elements
 
 
 def _sidereal_rad(julian: Real, fraction: Real) -> Real:
@@ -151,42 +116,61 @@ def directions(elements: Satrec, site: Site, begin: datetime, time_s: Real) -> D
 
 @dataclass(frozen=True)
 class Pass:
-    """From its rise above an elevation to its descent below it."""
+    """From its rise above an elevation to its descent below it; `under_way` when it had risen before the time that was asked for,
+    and not `sets` when it stays above for `SEARCH_H`: then the duration is not that of the pass."""
 
     begin: datetime
     duration_s: float
     highest_rad: float
+    under_way: bool = False
+    sets: bool = True
+
+    @property
+    def end(self) -> datetime:
+        """When it sets."""
+        return self.begin + timedelta(seconds=self.duration_s)
 
 
-def next_pass(elements: Satrec, site: Site, after: datetime, lowest_rad: float) -> Pass:
-    """The first one that begins after this time and lasts at least `SEARCH_STEP_S`; raises InputError when none does
-    within two days."""
-    time_s: Real = np.arange(0.0, SEARCH_H * 3600.0, SEARCH_STEP_S, dtype=np.float64)
-    above = directions(elements, site, after, time_s).elevation_rad > lowest_rad
-    rises = np.flatnonzero(~above[:-1] & above[1:])
-    sets = np.flatnonzero(above[:-1] & ~above[1:])
-    for rise in rises:
-        following = sets[sets > rise]
-        if len(following):
-            break
-    else:
+def next_pass(elements: Satrec, site: Site, after: datetime, lowest_rad: float, endless_s: float = ENDLESS_S) -> Pass:
+    """The pass that is under way at this time, from then on, otherwise the first one after it.
+
+    Passes of less than `SEARCH_STEP_S` may be missed. One that does not set within two days gets `endless_s`. Raises InputError
+    when none begins within two days.
+    """
+    begin_s = _first(elements, site, after, lowest_rad, above=True)
+    if begin_s is None:
         raise InputError(
             f"the satellite does not rise above {degrees(lowest_rad):g}° within {SEARCH_H:g} h after"
-            f" {after:%Y-%m-%d %H:%M:%S} UTC."
+            f" {after:%Y-%m-%d %H:%M:%S} UTC: it reaches {degrees(_highest(elements, site, after, 3600.0 * SEARCH_H)):.1f}° at most."
         )
-    edges = []
-    for row in (rise, following[0]):
-        fine_s: Real = np.linspace(time_s[row], time_s[row + 1], 201, dtype=np.float64)
-        elevation = directions(elements, site, after, fine_s).elevation_rad
-        edges.append(float(fine_s[np.argmin(np.abs(elevation - lowest_rad))]))
-    inside_s: Real = np.linspace(edges[0], edges[1], 1000, dtype=np.float64)
-    inside = directions(elements, site, after, inside_s).elevation_rad
-    return Pass(after + timedelta(seconds=edges[0]), edges[1] - edges[0], float(inside.max()))
+    begin = after + timedelta(seconds=begin_s)
+    risen_s = RISEN_S if begin_s else 0.0
+    left_s = _first(elements, site, begin + timedelta(seconds=risen_s), lowest_rad, above=False)
+    length_s = endless_s if left_s is None else risen_s + left_s
+    return Pass(begin, length_s, _highest(elements, site, begin, length_s), begin_s == 0.0, left_s is not None)
+
+
+def _first(elements: Satrec, site: Site, after: datetime, lowest_rad: float, above: bool) -> float | None:
+    """Seconds until the elevation is first above (or not above) this one, to 0.05 s; None if not within two days."""
+    time_s: Real = np.arange(0.0, SEARCH_H * 3600.0, SEARCH_STEP_S, dtype=np.float64)
+    rows = np.flatnonzero((directions(elements, site, after, time_s).elevation_rad > lowest_rad) == above)
+    if not len(rows):
+        return None
+    if rows[0] == 0:
+        return 0.0
+    fine_s: Real = np.linspace(time_s[rows[0] - 1], time_s[rows[0]], 201, dtype=np.float64)
+    return float(fine_s[np.argmin(np.abs(directions(elements, site, after, fine_s).elevation_rad - lowest_rad))])
+
+
+def _highest(elements: Satrec, site: Site, begin: datetime, duration_s: float) -> float:
+    """Elevation, rad."""
+    time_s: Real = np.linspace(0.0, duration_s, 1000, dtype=np.float64)
+    return float(directions(elements, site, begin, time_s).elevation_rad.max())
 
 
 def pass_trajectory(name: str, elements: Satrec, site: Site, which: Pass, heading_rad: float, turn: float = 0.0) -> Trajectory:
     """Joint angles: azimuth counts counter-clockwise from `heading_rad` (clockwise from north), plus whole turns."""
-    rows = max(2, round(which.duration_s / ROW_S) + 1)
+    rows = min(max(2, round(which.duration_s / ROW_S) + 1), MOST_ROWS)
     time_s: Real = np.linspace(0.0, which.duration_s, rows, dtype=np.float64)
     seen = directions(elements, site, which.begin, time_s)
     azimuth = heading_rad - seen.azimuth_rad
@@ -195,12 +179,6 @@ def pass_trajectory(name: str, elements: Satrec, site: Site, which: Pass, headin
     return Trajectory(
         time_s, {0: azimuth, 1: seen.elevation_rad}, {0: -seen.azimuth_rate_rad_s, 1: seen.elevation_rate_rad_s}, places
     )
-
-
-def age_days(elements: Satrec, when: datetime) -> float:
-    """How old the elements are then."""
-    whole, part = jday(when.year, when.month, when.day, when.hour, when.minute, float(when.second))
-    return float(whole - elements.jdsatepoch + part - elements.jdsatepochF)
 
 
 def parse_time(text: str) -> datetime:

@@ -63,6 +63,13 @@ class Trajectory:
         rate = {axis: values[:rows] for axis, values in self.rate_rad_s.items()}
         return Trajectory(self.time_s[:rows], angle, rate, self.places[:rows])
 
+    def later(self, time_s: float) -> Trajectory:
+        """The rows from this time on, two at least; their times stay."""
+        row = min(int(np.searchsorted(self.time_s, time_s)), len(self.time_s) - 2)
+        angle = {axis: values[row:] for axis, values in self.angle_rad.items()}
+        rate = {axis: values[row:] for axis, values in self.rate_rad_s.items()}
+        return Trajectory(self.time_s[row:], angle, rate, self.places[row:])
+
     def turned(self, axis: int, turns: int) -> Trajectory:
         """The same directions, with an axis whole revolutions further."""
         angle = self.angle_rad | {axis: self.angle_rad[axis] + 2 * np.pi * turns}
@@ -71,6 +78,10 @@ class Trajectory:
     def angles(self, axis: int, time_s: Real) -> Real:
         """Angles at these times; before and after the trajectory, its ends."""
         return self._hermite(axis, np.clip(time_s, self.time_s[0], self.time_s[-1]), 0)
+
+    def rates(self, axis: int, time_s: Real) -> Real:
+        """Rates at these times, within the trajectory."""
+        return self._hermite(axis, np.clip(time_s, self.time_s[0], self.time_s[-1]), 1)
 
     def _hermite(self, axis: int, time_s: Real, derivative: int) -> Real:
         row = np.clip(np.searchsorted(self.time_s, time_s, side="right") - 1, 0, len(self.time_s) - 2)

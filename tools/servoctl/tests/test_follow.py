@@ -15,7 +15,7 @@ import pytest
 from servoctl.commands import follow
 
 from .conftest import DEVICE, Bench, Eventually
-from .test_satellite import LINES
+from .test_satellite import LINES, geostationary, other
 
 BORROWED = ("0x1403:1", "0x1603:0", "0x1603:1", "0x1802:1", "0x1A02:1", "0x1803:1", "0x60C2:1", "0x68C2:1", "0x6060", "0x6860")
 SITE = ("--site", "52.2", "21.0", "100", "--after", "2008-09-20T12:25:40", "--rehearse")
@@ -92,12 +92,9 @@ def test_a_satellite_is_followed_from_its_elements(servo: Bench) -> None:
     assert past.code == 2 and "which is past" in past.err
 
 
-@pytest.mark.real_time
-def test_a_pass_is_waited_for_and_begins_on_time(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The clock of the command is put to 6 s before the pass of 2008."""
-    (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
-    begin = datetime(2008, 9, 20, 18, 22, 15, tzinfo=timezone.utc)
-    shift = begin - timedelta(seconds=6) - datetime.now(timezone.utc)
+def put_clock(monkeypatch: pytest.MonkeyPatch, begin: datetime) -> None:
+    """The clock of the command goes on from this time."""
+    shift = begin - datetime.now(timezone.utc)
 
     class Clock(datetime):
         @classmethod
@@ -106,11 +103,18 @@ def test_a_pass_is_waited_for_and_begins_on_time(servo: Bench, monkeypatch: pyte
             return cls.combine(at.date(), at.time(), tz)
 
     monkeypatch.setattr(follow, "datetime", Clock)
+
+
+RISE = datetime(2008, 9, 20, 18, 22, 15, tzinfo=timezone.utc)
+
+
+@pytest.mark.real_time
+def test_a_pass_is_waited_for_and_begins_on_time(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock of the command is put to 7 s before the pass of 2008."""
+    (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
+    put_clock(monkeypatch, RISE - timedelta(seconds=7))
     here = angles(servo)[0]
     words = ("iss.tle", *SITE[:-1], "--heading", str(202.7 + here), "--seconds", "1.5", "--json", "--yes")
-    monkeypatch.setattr(follow, "READY_S", 7.0)
-    late = servo("follow", *words)
-    assert late.code == 2 and "the axes need" in late.err, late
     monkeypatch.setattr(follow, "READY_S", 3.0)
     done = servo("follow", *words, "--slew-rate", "20")
     assert done.code == 0, done.err
@@ -118,6 +122,67 @@ def test_a_pass_is_waited_for_and_begins_on_time(servo: Bench, monkeypatch: pyte
     assert first["time_s"] < 2.0 and found["samples"] > 1200
     for axis in found["axes"]:
         assert axis["rms_urad"] < 1000, axis
+
+
+@pytest.mark.real_time
+def test_a_pass_under_way_is_joined_in_time(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 100 s after the rise, by both ways to say so: the pass that is under way now, or that began after a given time."""
+    (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
+    monkeypatch.setattr(follow, "READY_S", 3.0)
+    for after in (False, True):
+        put_clock(monkeypatch, RISE + timedelta(seconds=100))
+        words = [*SITE[:4], *(SITE[4:6] if after else ()), "--heading", "143", "--seconds", "1.5", "--slew-rate", "20", "--yes"]
+        shown = servo("follow", "iss.tle", *words, "--dry-run")
+        assert shown.code == 0 and "joins it at 18:24:" in shown.out, shown
+        assert ("pass of 2008-09-20 18:22:15" if after else "which sets at 18:26:59 UTC") in shown.out
+        done = servo("follow", "iss.tle", *words, "--interval", "0.5", "--json")
+        assert done.code == 0, done.err
+        *lines, found = [json.loads(line) for line in done.out.splitlines()]
+        begun_s = 100 if after else 0
+        assert all(begun_s + 3 < line["time_s"] < begun_s + 60 for line in lines) and found["samples"] > 1200
+        for axis in found["axes"]:
+            assert axis["rms_urad"] < 1000 and abs(axis["delay_ms"]) < 10, axis
+
+
+def test_a_pass_that_is_nearly_over_is_left_to_the_next_one(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
+    put_clock(monkeypatch, RISE + timedelta(seconds=270))
+    shown = servo("follow", "iss.tle", *SITE[:4], "--heading", "143", "--seconds", "5", "--dry-run", "--yes")
+    assert shown.code == 0 and "pass of 2008-09-20 19:5" in shown.out and "joins" not in shown.out, shown
+
+
+@pytest.mark.real_time
+def test_a_satellite_that_never_sets_is_followed_from_now_on(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    (servo.folder / "geo.txt").write_text("\n".join(geostationary(21.0)))
+    put_clock(monkeypatch, RISE)
+    monkeypatch.setattr(follow, "READY_S", 3.0)
+    words = ("follow", "geo.txt", *SITE[:4], "--heading", "180", "--slew-rate", "20")
+    shown = servo.json(*words, "--dry-run")["plan"]
+    assert "does not set within 48 h" in shown["text"] and "for 3600 s; --seconds changes that" in shown["text"]
+    assert shown["seconds"] == pytest.approx(3600, abs=0.5) and shown["begin"].startswith("2008-09-20T18:22:")
+    later = servo.json(*words, "--after", "2008-09-20T19:00:00", "--seconds", "60", "--dry-run")["plan"]
+    assert later["begin"].startswith("2008-09-20T19:00:00") and later["seconds"] == pytest.approx(60, abs=0.5)
+    refused = servo(*words, "--seconds", "100000", "--dry-run")
+    assert refused.code == 2 and "give --seconds up to 86400" in refused.err and refused.err.count("\n") == 1
+    done = servo(*words, "--seconds", "2", "--json", "--yes")
+    assert done.code == 0, done.err
+    found = json.loads(done.out.splitlines()[-1])
+    assert found["samples"] > 1500 and all(axis["rms_urad"] < 500 for axis in found["axes"])
+
+
+def test_of_several_satellites_the_first_is_announced(servo: Bench) -> None:
+    lines = ["ISS (ZARYA)", *LINES, "NOAA 15", *other("25338")]
+    (servo.folder / "all.txt").write_text("\r\n".join(lines))
+    words = ("follow", "all.txt", *SITE, "--dry-run")
+    first = servo(*words)
+    assert first.code == 0 and "ISS (ZARYA), pass of" in first.out and "2 satellites" in first.err and "--satellite" in first.err
+    named = servo(*words, "--satellite", "noaa")
+    assert named.code == 0 and "NOAA 15, pass of" in named.out and "2 satellites" not in named.err
+    refused = servo(*words, "--satellite", "GOES")
+    assert refused.code == 2 and "no satellite 'GOES'" in refused.err and refused.err.count("\n") == 1
+    sines(servo.folder / "path.csv", 1.0, True)
+    refused = servo("follow", "path.csv", "--satellite", "ISS", "--dry-run")
+    assert refused.code == 2 and "--satellite" in refused.err
 
 
 def test_nothing_moves_when_a_row_breaks_a_limit_or_the_file_is_bad(servo: Bench) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -31,7 +31,12 @@ from .following import check_plot, following_options, save_errors
 from .motion import check_pace, check_slew, confirm, slew
 from .quantity import ANGLE, DURATION, Quantity
 
+if TYPE_CHECKING:
+    from ..satellite import Pass, Site
+    from ..two_lines import TwoLines
+
 Real = NDArray[np.float64]
+Limits = dict[int, AxisLimits]
 
 PERIOD_TICKS = 10
 """60C2: time between set-points."""
@@ -49,6 +54,18 @@ READY_S = 10.0
 other, and stand there for some seconds."""
 LATE_S = 0.05
 """A start later than this would be a jump."""
+SPARE_S = 1.0
+"""For what lies between this computation and the motion."""
+CONFIRM_S = 10.0
+"""For a person to confirm."""
+JOIN_S = 600.0
+"""So much later than now a satellite that does not set may be joined."""
+JOIN_STEPS = 6
+"""Of the search for where the axes meet the satellite."""
+LEAST_S = 5.0
+"""Of a pass that is under way; what is shorter is left to the next one."""
+LONGEST_S = 24 * 3600.0
+"""Of a satellite that does not set."""
 OLD_DAYS = 14.0
 _METRES = Quantity("m", low=-500.0, high=9000.0)
 _LOWEST_DEG, _HIGHEST_DEG = -5.0, 89.0
@@ -63,6 +80,8 @@ class SkyOptions:
     after: str | None
     lowest_rad: float
     rehearse: bool
+    satellite: str
+    seconds: float | None
 
 
 @click.command(short_help="Follow a trajectory from a file, or a satellite.")
@@ -77,19 +96,24 @@ class SkyOptions:
 )
 @click.option(
     "--after", metavar="TIME",
-    help="Two-line elements: follow the first pass that begins after this time, e.g. 2026-11-23T05:00:00Z (default: now).",
+    help="Two-line elements: follow the pass that is under way at this time, or else the next one, e.g. 2026-11-23T05:00:00Z"
+    " (default: now).",
 )
 @click.option(
     "--min-elevation", "lowest", type=ANGLE, default="10", show_default=True,
     help="Two-line elements: elevation at which a pass begins and ends (°).",
 )
+@click.option(
+    "--satellite", metavar="NAME", default="",
+    help="Two-line elements: name, part of it, or number of the satellite, if the file has several (default: the first one).",
+)
 @click.option("--rehearse", is_flag=True, help="Two-line elements: do not wait for the pass, begin at once.")
-@click.option("--seconds", type=DURATION, help="Follow only the first rows, up to this time after the first one.")
+@click.option("--seconds", type=DURATION, help="Follow only the first rows, up to this time after the first one. A satellite that never sets: default 1 h.")
 @following_options("first angle")
 @common
 def follow(
     session: Session, file: Path, site: tuple[float, float, float] | None, heading: float, after: str | None, lowest: float,
-    rehearse: bool, seconds: float | None, slew_rate: float, interval: float, plot: Path | None, overwrite: bool,
+    satellite: str, rehearse: bool, seconds: float | None, slew_rate: float, interval: float, plot: Path | None, overwrite: bool,
     dry_run: bool, yes: bool,
 ) -> None:  # fmt: skip
     """Follow a trajectory of the joints over time in mode csp: FILE is a CSV file, or has the two-line elements of a
@@ -101,21 +125,19 @@ def follow(
 
     The whole trajectory is checked against the node's limits of travel, rate (607F) and acceleration (6083, 6084) before
     anything moves. The axes slew to the first angle, start from rest, follow in time, and stop after the last row.
+
+    A satellite is followed during its next pass. A pass that is under way is joined as soon as the axes can be there. One that
+    does not set is followed for --seconds.
     """
     check_plot(session, plot, overwrite, file)
-    sky = SkyOptions(site, heading, after, lowest, rehearse)
+    sky = SkyOptions(site, heading, after, lowest, rehearse, satellite, seconds)
     source = _satellite(file, sky) if _is_elements(file) else _from_csv(file, sky)
     with session.connect() as device:
         limits = {axis: _limits(Drive(device, axis)) for axis in source.candidates[0].angle_rad}
-        candidates = [whole.shortened(seconds) if seconds else whole for whole in source.candidates]
-        chosen = longest_within(candidates, limits)
-        trajectory = candidates[chosen]
-        gentle = ACCELERATION_SHARE * min(min(limit.acceleration_rad_s2, limit.deceleration_rad_s2) for limit in limits.values())
-        whole = trajectory.extended(gentle, REST_S)
-        whole.check(limits)
-        for axis, angle in whole.angle_rad.items():
-            check_slew(Drive(device, axis), float(angle[0]), slew_rate)
-        plan = _announce(session, source.text, whole)
+        motion = Motion(slew_rate, 0.0 if yes else CONFIRM_S, seconds, timed=not rehearse)
+        source, chosen, trajectory = _choose(device, source, limits, motion)
+        whole = _extended(device, trajectory, limits, slew_rate)
+        plan = _announce(session, source, trajectory, whole)
         if chosen and not source.begin:
             session.out.say(
                 f"  the azimuth is {360 * TURNS[chosen]:+d}° from the file's angles, which leave its travel."
@@ -125,7 +147,12 @@ def follow(
         if not confirm(session, plan, dry_run, yes):
             return
         check_pace(device)
-        if source.begin is not None and not rehearse:
+        if source.begin is not None and motion.timed:
+            later = _joined(device, source.candidates[chosen], source, limits, replace(motion, confirm_s=0.0))
+            if later is None:
+                raise InputError("too little is left of the pass: confirm sooner, or give a later --after.")
+            if later.time_s[0] > trajectory.time_s[0]:  # the confirmation took long
+                trajectory, whole = later, _extended(device, later, limits, slew_rate)
             early_s = _slew_s(device, whole, slew_rate) - float(whole.time_s[0]) + READY_S
             _wait(session, source.begin, early_s)
         record = _run(session, device, trajectory, whole, source.begin if not rehearse else None, slew_rate, interval)
@@ -143,23 +170,29 @@ class Source:
     candidates: Sequence[Trajectory]
     begin: datetime | None = None
     note: str = ""
+    longest_s: float | None = None
+    """How long it is followed at most, counted from where it is joined."""
+    next: Callable[[], Source] | None = None
+    """What follows when too little of it is left."""
 
 
 def _is_elements(file: Path) -> bool:
-    from ..satellite import is_elements
+    from ..two_lines import is_elements
 
     return is_elements(file)
 
 
 def _from_csv(file: Path, sky: SkyOptions) -> Source:
-    if sky.site is not None or sky.after is not None or sky.rehearse:
-        raise InputError(f"--site, --after and --rehearse are for two-line elements, but {file} has none.")
+    given = sky.site is not None or sky.after is not None or sky.rehearse or sky.satellite
+    if given and file.exists():
+        raise InputError(f"--site, --after, --satellite and --rehearse are for two-line elements, but {file} has none.")
     trajectory = read_trajectory(file)
     return Source(f"{file}, {len(trajectory.time_s)} rows, {trajectory.duration_s:.4g} s", with_turns(trajectory))
 
 
 def _satellite(file: Path, sky: SkyOptions) -> Source:
-    from ..satellite import Site, age_days, next_pass, parse_time, pass_trajectory, read_elements
+    from ..satellite import Site, parse_time
+    from ..two_lines import choose, read_entries
 
     if sky.site is None:
         raise InputError(f"{file} has two-line elements: give the place of the tracker, e.g. --site 52.2 21.0 100.")
@@ -168,22 +201,49 @@ def _satellite(file: Path, sky: SkyOptions) -> Source:
         raise InputError(f"--site: the latitude {degrees(latitude):g}° is beyond ±90°.")
     if not _LOWEST_DEG <= degrees(sky.lowest_rad) <= _HIGHEST_DEG:
         raise InputError(f"--min-elevation: {degrees(sky.lowest_rad):g}° is not from {_LOWEST_DEG:g}° to {_HIGHEST_DEG:g}°.")
-    name, elements = read_elements(file)
     after = parse_time(sky.after) if sky.after else datetime.now(timezone.utc)
-    site = Site(latitude, longitude, height)
-    found = next_pass(elements, site, after, sky.lowest_rad)
-    if not sky.rehearse and found.begin < datetime.now(timezone.utc):
+    entries = read_entries(file)
+    chosen = choose(entries, sky.satellite, after)
+    others = len({entry.number for entry in entries}) - 1
+    note = f"{file} has {others + 1} satellites; this is the first one. --satellite NAME chooses another." if others and not sky.satellite else ""
+    return _pass(chosen, Site(latitude, longitude, height), sky, after, note)
+
+
+def _pass(chosen: TwoLines, site: Site, sky: SkyOptions, after: datetime, note: str) -> Source:
+    from ..satellite import ENDLESS_S, next_pass, pass_trajectory
+    from ..two_lines import age_days
+
+    elements = chosen.satrec()
+    longest_s = sky.seconds or ENDLESS_S
+    found = next_pass(elements, site, after, sky.lowest_rad, longest_s)
+    now = datetime.now(timezone.utc)
+    if not found.sets and not sky.rehearse and found.begin < now:
+        found = next_pass(elements, site, now, sky.lowest_rad, longest_s)
+    if not sky.rehearse and found.end < now:
         raise InputError(
             f"the pass began at {found.begin:%Y-%m-%d %H:%M:%S} UTC, which is past: give a later --after, or --rehearse."
         )
-    text = (
-        f"{name}, pass of {found.begin:%Y-%m-%d %H:%M:%S} UTC, {found.duration_s:.0f} s, up to"
-        f" {degrees(found.highest_rad):.1f}°"
-    )
-    turns = [pass_trajectory(name, elements, site, found, sky.heading_rad, turn) for turn in (0, 1, -1)]
+    if not found.sets and longest_s > LONGEST_S:
+        raise InputError(f"{chosen.name} does not set: give --seconds up to {LONGEST_S:g}, not {longest_s:g}.")
     days = age_days(elements, found.begin)
-    old = f"the elements are {days:.0f} days from the pass: after {OLD_DAYS:g} days a low satellite may be off by degrees."
-    return Source(text, turns, found.begin, old if abs(days) > OLD_DAYS else "")
+    if abs(days) > OLD_DAYS:
+        note += f"{' ' if note else ''}the elements are {days:.0f} days from the pass: after {OLD_DAYS:g} days a low satellite may be off by degrees."
+    covered = found if found.sets else replace(found, duration_s=longest_s + JOIN_S)
+    turns = [pass_trajectory(chosen.name, elements, site, covered, sky.heading_rad, turn) for turn in (0, 1, -1)]
+    return Source(
+        _pass_text(chosen.name, found, sky), turns, found.begin, note, None if found.sets else longest_s,
+        lambda: _pass(chosen, site, sky, found.end + timedelta(seconds=1.0), note),
+    )  # fmt: skip
+
+
+def _pass_text(name: str, found: Pass, sky: SkyOptions) -> str:
+    begin, highest = f"{found.begin:%Y-%m-%d %H:%M:%S} UTC", f"up to {degrees(found.highest_rad):.1f}°"
+    if not found.sets:
+        default = "" if sky.seconds else "; --seconds changes that"
+        return f"{name}, which does not set within 48 h, from {begin} for {found.duration_s:g} s{default}, {highest}"
+    if found.under_way:
+        return f"{name}, pass under way at {begin}, which sets at {found.end:%H:%M:%S} UTC, {found.duration_s:.0f} s later, {highest} until then"
+    return f"{name}, pass of {begin}, {found.duration_s:.0f} s, {highest}"
 
 
 # --- before the motion ------------------------------------------------------------------------------------------------
@@ -196,9 +256,78 @@ def _limits(drive: Drive) -> AxisLimits:
     return AxisLimits(read_limits(drive), counts(0x6083), counts(0x6084))
 
 
-def _announce(session: Session, text: str, whole: Trajectory) -> dict[str, Any]:
-    session.out.say(f"{' and '.join(AXES[axis] for axis in whole.angle_rad)} will follow {text}")
-    plan: dict[str, Any] = {"text": text, "axes": []}
+@dataclass(frozen=True)
+class Motion:
+    """How the axes get to a trajectory: the rate of the slew (rad/s), time for a confirmation (s), how much is followed (s), and
+    whether it happens at a fixed time."""
+
+    slew_rad_s: float
+    confirm_s: float
+    seconds: float | None
+    timed: bool
+
+
+def _choose(device: Device, source: Source, limits: Limits, motion: Motion) -> tuple[Source, int, Trajectory]:
+    """The source, or a later pass if too little of it is left; the whole turns of the azimuth, by their number in the candidates;
+    and what is followed."""
+    while True:
+        found = {
+            number: joined for number, candidate in enumerate(source.candidates)
+            if (joined := _joined(device, candidate, source, limits, motion)) is not None
+        }  # fmt: skip
+        if found:
+            chosen = list(found)[longest_within(list(found.values()), limits)]
+            return source, chosen, found[chosen]
+        if source.next is None:
+            raise InputError("there is nothing left to follow.")
+        source = source.next()
+
+
+def _joined(device: Device, trajectory: Trajectory, source: Source, limits: Limits, motion: Motion) -> Trajectory | None:
+    """From where the axes can be on it, as long as is wanted; None when too little is left."""
+    found: Trajectory | None = trajectory
+    if source.begin is not None and motion.timed:
+        at_s = _meeting_s(device, trajectory, source.begin, limits, motion)
+        if at_s > trajectory.time_s[0]:
+            found = trajectory.later(at_s) if at_s <= trajectory.time_s[-1] - LEAST_S else None
+    return found and found.shortened(min(motion.seconds or math.inf, source.longest_s or math.inf))
+
+
+def _meeting_s(device: Device, trajectory: Trajectory, begin: datetime, limits: Limits, motion: Motion) -> float:
+    """Time of the trajectory at which the axes can be on it. The later it is, the further they may have to slew."""
+    here = {axis: Drive(device, axis).position() for axis in trajectory.angle_rad}
+    at_s = float(trajectory.time_s[0])
+    for _ in range(JOIN_STEPS):
+        at = np.array([at_s])
+        slew_s = max(abs(float(trajectory.angles(axis, at)[0]) - here[axis]) for axis in here) / motion.slew_rad_s
+        ramp_s = max(abs(float(trajectory.rates(axis, at)[0])) for axis in here) / _gentle(limits) + REST_S
+        past_s = (datetime.now(timezone.utc) - begin).total_seconds()
+        at_s = max(at_s, past_s + slew_s + ramp_s + READY_S + motion.confirm_s + SPARE_S)
+    return at_s
+
+
+def _gentle(limits: Limits) -> float:
+    """Acceleration of the start and the stop, rad/s²."""
+    return ACCELERATION_SHARE * min(min(limit.acceleration_rad_s2, limit.deceleration_rad_s2) for limit in limits.values())
+
+
+def _extended(device: Device, trajectory: Trajectory, limits: Limits, slew_rate: float) -> Trajectory:
+    """With start and stop; raises InputError when that, or the slew to it, is not allowed."""
+    whole = trajectory.extended(_gentle(limits), REST_S)
+    whole.check(limits)
+    for axis, angle in whole.angle_rad.items():
+        check_slew(Drive(device, axis), float(angle[0]), slew_rate)
+    return whole
+
+
+def _announce(session: Session, source: Source, trajectory: Trajectory, whole: Trajectory) -> dict[str, Any]:
+    session.out.say(f"{' and '.join(AXES[axis] for axis in whole.angle_rad)} will follow {source.text}")
+    plan: dict[str, Any] = {"text": source.text, "seconds": trajectory.duration_s, "axes": []}
+    if source.begin is not None:
+        first = source.begin + timedelta(seconds=float(trajectory.time_s[0]))
+        plan["begin"] = first.isoformat(timespec="milliseconds")
+        if first - source.begin > timedelta(seconds=1.0):
+            session.out.say(f"  joins it at {first:%H:%M:%S} UTC, for {trajectory.duration_s:.0f} s: the axes are ready then")
     for axis, angle in whole.angle_rad.items():
         values = {
             "axis": AXES[axis], "first_deg": degrees(float(angle[0])), "lowest_deg": degrees(float(angle.min())),
