@@ -414,18 +414,10 @@ static void receive_nmt(canopen_node *node, const can_frame *frame) {
   }
 }
 
+/* `frame` is NULL: the values that wait for SYNC. */
 static void receive_pdo(canopen_node *node, rpdo *receiver, const can_frame *frame) {
   const bool was_bad = rpdo_is_bad(receiver);
-  const rpdo_verdict verdict = rpdo_receive(receiver, frame);
-  if (was_bad || verdict >= RPDO_REFUSED) {
-    node_objects_judge_rpdos(node);
-  }
-}
-
-/* The values that waited for SYNC. */
-static void apply_pdo(canopen_node *node, rpdo *receiver) {
-  const bool was_bad = rpdo_is_bad(receiver);
-  const rpdo_verdict verdict = rpdo_sync(receiver);
+  const rpdo_verdict verdict = frame == NULL ? rpdo_sync(receiver) : rpdo_receive(receiver, frame);
   if (was_bad || verdict >= RPDO_REFUSED) {
     node_objects_judge_rpdos(node);
   }
@@ -462,8 +454,7 @@ static bool receive_pdos(canopen_node *node, const can_frame *frame) {
 /* Whether SYNC can take effect on all RPDOs that wait for it. */
 static bool sync_can_be_used(canopen_node *node) {
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    if (node->rpdos[n].waiting && rpdo_must_wait(&node->rpdos[n], NULL) &&
-        stays_in_queue(node, &node->rpdos[n], NULL)) {
+    if (rpdo_must_wait(&node->rpdos[n], NULL) && stays_in_queue(node, &node->rpdos[n], NULL)) {
       return false;
     }
   }
@@ -491,7 +482,7 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
   }
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     if (node->rpdos[n].waiting) {
-      apply_pdo(node, &node->rpdos[n]);
+      receive_pdo(node, &node->rpdos[n], NULL);
     }
   }
 }

@@ -132,14 +132,18 @@ static drive_action step_state(drive_axis *axis, const drive_objects *objects, c
   return action;
 }
 
+/* Of 6067, and of 6065 likewise: UINT32_MAX contains everything. */
+static bool is_within(uint32_t window, int32_t error) {
+  return distance_between(error, 0) <= window || window == UINT32_MAX;
+}
+
 /* 60F4 and its window: the status bit (window left for longer than 6066) and the fault. */
 static bool monitor_following(drive_axis *axis, drive_objects *objects, const drive_setpoint *setpoint, float dt_s) {
   drive_position_objects *position = &objects->position;
   const bool controlled = setpoint->command.mode == SERVO_POSITION;
   const drive_angle error = setpoint->position - axis->position;
   position->following_error = controlled ? drive_position_from_angle(error) : 0;
-  const bool outside = position->following_error_window != UINT32_MAX &&
-                       distance_between(position->following_error, 0) > position->following_error_window;
+  const bool outside = !is_within(position->following_error_window, position->following_error);
   const bool too_long =
       dwell_timer_step(&axis->following_error, controlled && outside, position->following_error_ms, dt_s);
   axis->following_failed = too_long || (controlled && (error > QUARTER_TURN || error < -QUARTER_TURN));
@@ -190,17 +194,9 @@ static void step_tracking(drive_axis *axis, drive_objects *objects, const drive_
   if (follows) {
     position->following_error = drive_position_from_rad(inputs->target->error_rad);
   }
-  const bool near =
-      distance_between(position->following_error, 0) <= position->window || position->window == UINT32_MAX;
-  const bool centred = dwell_timer_step(&axis->target_centred, follows && near, position->window_ms, dt_s);
+  const bool near = follows && is_within(position->window, position->following_error);
+  const bool centred = dwell_timer_step(&axis->target_centred, near, position->window_ms, dt_s);
   axis->tracking = is_tracking(axis, action) ? tracking_after(axis->tracking, inputs, centred) : DRIVE_NOT_TRACKING;
-}
-
-/* Within 6067 of the demand. */
-static bool is_near(const drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint) {
-  const int32_t error = drive_position_from_angle(setpoint->position - axis->position);
-  const uint32_t window = objects->position.window;
-  return distance_between(error, 0) <= window || window == UINT32_MAX;
 }
 
 static bool target_reached(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,
@@ -209,10 +205,11 @@ static bool target_reached(drive_axis *axis, const drive_objects *objects, const
   const drive_velocity_objects *velocity = &objects->velocity;
   const int8_t mode = axis->motion.mode;
   const bool runs = action == DRIVE_RUN;
-  const bool position_reached = dwell_timer_step(
-      &axis->position_reached,
-      runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way && is_near(axis, objects, setpoint),
-      position->window_ms, dt_s);
+  const bool position_reached =
+      dwell_timer_step(&axis->position_reached,
+                       runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way &&
+                           is_within(position->window, drive_position_from_angle(setpoint->position - axis->position)),
+                       position->window_ms, dt_s);
   const bool near_velocity = distance_between(velocity->target, velocity->actual) <= velocity->window;
   const bool velocity_reached = dwell_timer_step(
       &axis->velocity_reached, runs && mode == DRIVE_PROFILE_VELOCITY && near_velocity, velocity->window_ms, dt_s);

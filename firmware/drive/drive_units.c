@@ -18,14 +18,6 @@ enum { MANTISSA_BITS = 23, EXPONENT_BIAS = 127, LONGEST_PRODUCT_BITS = 46 };
 /* No 32-bit position is farther away than this: 64 turns. */
 #define FARTHEST_ANGLE (INT64_C(1) << 38)
 
-/* round(x m / 2^(32 + fraction_bits)): a product of 96 bits in halves, for processors that multiply 32 by 32. */
-static uint64_t scale(uint64_t x, uint64_t m, unsigned fraction_bits) {
-  const uint64_t x_high = x >> 32;
-  const uint64_t x_low = x & UINT32_MAX;
-  const uint64_t product = x_high * m + x_low * (m >> 32) + ((x_low * (m & UINT32_MAX)) >> 32);
-  return (product + (UINT64_C(1) << (fraction_bits - 1))) >> fraction_bits;
-}
-
 static uint64_t magnitude_of(int64_t value) { return value < 0 ? (uint64_t)-value : (uint64_t)value; }
 
 static int32_t saturated(int64_t value) {
@@ -46,23 +38,24 @@ int32_t drive_position_from_angle(drive_angle angle) {
   if (angle <= -FARTHEST_ANGLE) {
     return INT32_MIN;
   }
-  const uint64_t counts = scale(magnitude_of(angle), COUNTS_PER_TURN_Q30, COUNTS_FRACTION_BITS);
+  /* A product of 96 bits in halves, for processors that multiply 32 by 32. */
+  const uint64_t x_high = magnitude_of(angle) >> 32;
+  const uint64_t x_low = magnitude_of(angle) & UINT32_MAX;
+  const uint64_t product = x_high * COUNTS_PER_TURN_Q30 + x_low * (COUNTS_PER_TURN_Q30 >> 32) +
+                           ((x_low * (COUNTS_PER_TURN_Q30 & UINT32_MAX)) >> 32);
+  const uint64_t counts = (product + (UINT64_C(1) << (COUNTS_FRACTION_BITS - 1))) >> COUNTS_FRACTION_BITS;
   return saturated(signed_like(counts, angle < 0));
 }
 
-/* A product of 128 bits in quarters. */
-drive_angle drive_angle_from_counts(int64_t counts) {
+/* round(|position| units / 2^56): a product of 128 bits in quarters. */
+drive_angle drive_angle_from_position(int64_t position) {
   const uint64_t m_high = UNITS_PER_COUNT_Q56 >> 32;
   const uint64_t m_low = UNITS_PER_COUNT_Q56 & UINT32_MAX;
-  const uint64_t x_high = magnitude_of(counts) >> 32;
-  const uint64_t x_low = magnitude_of(counts) & UINT32_MAX;
+  const uint64_t x_high = magnitude_of(position) >> 32;
+  const uint64_t x_low = magnitude_of(position) & UINT32_MAX;
   const uint64_t low = x_high * m_low + x_low * m_high + ((x_low * m_low) >> 32);
   const uint64_t rounded = (low + (UINT64_C(1) << (UNITS_FRACTION_BITS - 1))) >> UNITS_FRACTION_BITS;
-  return signed_like(((x_high * m_high) << (32 - UNITS_FRACTION_BITS)) + rounded, counts < 0);
-}
-
-drive_angle drive_angle_from_position(int32_t position) {
-  return signed_like(scale(magnitude_of(position), UNITS_PER_COUNT_Q56, UNITS_FRACTION_BITS), position < 0);
+  return signed_like(((x_high * m_high) << (32 - UNITS_FRACTION_BITS)) + rounded, position < 0);
 }
 
 int32_t drive_velocity_from_rate(float rate_rad_s) {

@@ -16,7 +16,6 @@ typedef int64_t drive_angle;
 
 /* The range of positions on the bus (607B) while no travel is limited: 64 turns, from -32 turns. */
 #define DRIVE_RANGE (INT64_C(1) << 38)
-#define DRIVE_RANGE_TURNS 64
 #define DRIVE_RANGE_END 2010619298 /* 32 turns in 1e-7 rad, cut off */
 
 /* The same direction within the range: whole ranges added. */
@@ -42,11 +41,8 @@ static inline float drive_angle_difference_rad(drive_angle to, drive_angle from)
 /* 1e-7 rad, saturated at +-214.7 rad (34 turns). The constant has 57 bits: the error is at most 0.5 + 2e-8 counts. */
 int32_t drive_position_from_angle(drive_angle angle);
 
-/* Within half a unit of 2^-32 turn; the inverse function restores the position, for every int32. */
-drive_angle drive_angle_from_position(int32_t position);
-
-/* The same below 2^56 counts, in twice the time. */
-drive_angle drive_angle_from_counts(int64_t counts);
+/* Within half a unit of 2^-32 turn, below 2^56 counts; the inverse function restores the position, for every int32. */
+drive_angle drive_angle_from_position(int64_t position);
 
 /* 1e-6 rad/s, the exact product rounded once. */
 int32_t drive_velocity_from_rate(float rate_rad_s);

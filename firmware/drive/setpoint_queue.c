@@ -15,7 +15,7 @@ bool setpoint_option_supported(uint16_t option) {
 
 static setpoint_target target_of(drive_angle origin, int64_t counts) {
   return (setpoint_target){
-      .origin = origin, .counts = counts, .angle = origin + drive_angle_from_counts(counts), .limited = false};
+      .origin = origin, .counts = counts, .angle = origin + drive_angle_from_position(counts), .limited = false};
 }
 
 /* To the nearest count. */

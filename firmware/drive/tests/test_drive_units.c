@@ -70,7 +70,7 @@ static void test_positions_of_many_turns_become_the_nearest_angle(void) {
     const int64_t magnitude = (int64_t)random_decades(&random, 1.0, 7e16);
     const int64_t position = i % 2 == 0 ? magnitude : -magnitude;
     const long double exact = (long double)position * 4294967296.0L / (two_pi * 1e7L);
-    const double error = (double)((long double)drive_angle_from_counts(position) - exact);
+    const double error = (double)((long double)drive_angle_from_position(position) - exact);
     CHECK_NEAR("error in 2^-32 turn", 0.0, error, 0.5 + 1e-4 + 1e-18 * (double)magnitude);
   }
 }

@@ -31,7 +31,7 @@ static setpoint_queue queue_at(int32_t position) {
 
 static void check_target(int64_t counts, const setpoint_queue *queue) {
   TEST_ASSERT_EQUAL_INT64(counts, queue->target.counts);
-  TEST_ASSERT_EQUAL_INT64(queue->target.origin + drive_angle_from_counts(counts), queue->target.angle);
+  TEST_ASSERT_EQUAL_INT64(queue->target.origin + drive_angle_from_position(counts), queue->target.angle);
 }
 
 static void test_a_set_point_is_taken_on_the_rising_edge_and_acknowledged_until_bit_4_falls(void) {
