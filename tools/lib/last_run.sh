@@ -110,6 +110,7 @@ write_full_run_page() {
     return
   fi
   local line step seconds result
+  mkdir -p "$(dirname "$full_run_page")"
   {
     # shellcheck disable=SC2016 # Markdown
     printf '# The last full run\n\n`./tools/test --full` wrote this page.\n\n'
