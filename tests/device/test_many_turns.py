@@ -12,7 +12,7 @@ OPEN = 0x6E65706F
 RELATIVE = 0x40
 TURN = 2e7 * math.pi
 DEG_S = 60
-SPEED = 50
+SPEED = 100
 
 pytestmark = pytest.mark.simulator
 

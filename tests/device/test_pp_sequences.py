@@ -9,7 +9,7 @@ from axis import ENABLE, HALT, PP, micro_rad, tenth_micro_rad
 
 NEW, NOW, RELATIVE = 0x10, 0x20, 0x40
 REACHED, LIMITED, ACKNOWLEDGED, FOLLOWING_ERROR = 0x400, 0x800, 0x1000, 0x2000
-SEQUENCES = {"small": 6, "medium": 40}.get(os.environ.get("TESTS_SIZE", "medium"), 200)
+SEQUENCES = {"small": 2, "medium": 40}.get(os.environ.get("TESTS_SIZE", "medium"), 200)
 DAY = datetime.date.today().toordinal()
 SPEED_DEG_S = 4.0
 LONG = tenth_micro_rad(1.5)  # a move that is under way when the next order comes
