@@ -189,11 +189,17 @@ static profile_limits limits_of_move(const drive_motion *motion, const drive_obj
 }
 
 static drive_profile_step step_from_now(const drive_motion *motion) {
+  /* Every field is named, as in setpoint_of. */
   return (drive_profile_step){.ready = true,
                               .ramp = motion->ramp,
                               .demand = motion->demand,
                               .demand_rest = motion->demand_rest,
-                              .target = motion->setpoints.target.angle};
+                              .target = motion->setpoints.target.angle,
+                              .travel_rad = 0.0f,
+                              .mean_acceleration_rad_s2 = 0.0f,
+                              .held = false,
+                              .limited = false,
+                              .arrived = false};
 }
 
 static void finish_step(drive_profile_step *step, const profile_motion *made) {

@@ -84,16 +84,17 @@ static ramp_plan plan_to_rate(const profile_ramp *ramp, const profile_limits *li
   const float peak = scalar_min(free_peak, limit);
   const float first_jerk = peak < start ? -jerk : jerk;
 
-  ramp_plan plan = {.peak_rad_s2 = sign * peak, .end_rate_rad_s = target_rad_s};
-  plan.jerk_rad_s3[0] = sign * first_jerk;
-  plan.jerk_rad_s3[2] = sign * -jerk;
-  plan.duration_s[0] = (peak - start) / first_jerk;
-  plan.duration_s[2] = peak / jerk;
+  const float first_s = (peak - start) / first_jerk;
+  const float last_s = peak / jerk;
+  float hold_s = 0.0f;
   if (free_peak > limit) {
-    const float ramped = 0.5f * ((peak + start) * plan.duration_s[0] + peak * plan.duration_s[2]);
-    plan.duration_s[1] = scalar_max((change - ramped) / limit, 0.0f); /* the peak is the limit */
+    const float ramped = 0.5f * ((peak + start) * first_s + peak * last_s);
+    hold_s = scalar_max((change - ramped) / limit, 0.0f); /* the peak is the limit */
   }
-  return plan;
+  return (ramp_plan){.duration_s = {first_s, hold_s, last_s},
+                     .jerk_rad_s3 = {sign * first_jerk, 0.0f, sign * -jerk},
+                     .peak_rad_s2 = sign * peak,
+                     .end_rate_rad_s = target_rad_s};
 }
 
 /* Adds to a sum whose rounding error is kept in `rest` (Kahan). */
@@ -303,6 +304,8 @@ static float cubic_root(const stop_bracket *bracket, float tolerance_rad) {
   const float change = late->margin_rad - early->margin_rad;
   const float square = 3.0f * change - linear - slope_sum;
   const float cube = slope_sum - 2.0f * change;
+  const float square_slope = 2.0f * square;
+  const float cube_slope = 3.0f * cube;
   float low = 0.0f;
   float high = 1.0f;
   float u = 1.0f;
@@ -313,7 +316,7 @@ static float cubic_root(const stop_bracket *bracket, float tolerance_rad) {
     } else {
       high = u;
     }
-    const float slope = linear + u * (2.0f * square + u * 3.0f * cube);
+    const float slope = linear + u * (square_slope + u * cube_slope);
     const float next = u - value / slope;
     u = slope < 0.0f && next > low && next < high ? next : 0.5f * (low + high);
     value = early->margin_rad + u * (linear + u * (square + u * cube));
