@@ -5,9 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <random>
+#include <vector>
 
 #include "fault_injection/driven_node.hpp"
 #include "fault_injection/shaking_gains.hpp"
+#include "support/test_size.h"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -17,7 +20,6 @@ extern "C" void tearDown() {}
 
 namespace {
 
-constexpr int kFrameTicks = 20;
 constexpr int kApplied = 1500;  // tick after which gains count
 constexpr double kPicture_rad = 0.032;
 constexpr double kTwoPi = 6.283185307179586;
@@ -28,10 +30,17 @@ const sim::NodeSetup& setup() {
   return made;
 }
 
-// The azimuth follows a target in pictures that are 20 ms old; the pitch tracks as well, or holds its rate.
+struct Camera {
+  int period_ticks = 20;
+  int age_ticks = 20;  // of a picture when its frame arrives
+  int stated_ticks = age_ticks;
+};
+
+// The azimuth follows a target in the camera's pictures; the pitch tracks as well, or holds its rate.
 class Film {
  public:
-  explicit Film(bool both) : both_(both), node_(setup(), 1, {0.0, 0.0}) {}
+  explicit Film(bool both, const Camera& camera = {}, std::uint64_t seed = 1)
+      : both_(both), camera_(camera), node_(setup(), seed, {0.0, 0.0}) {}
 
   sim::DrivenNode& node() { return node_; }
 
@@ -45,14 +54,17 @@ class Film {
 
   // The target is at this joint angle of the azimuth.
   void tick(double target_rad) {
-    if (ticks_++ % kFrameTicks == 0) {
-      const bool found = std::abs(seen_rad_) < kPicture_rad;
-      node_.write(sim::kAzimuth, 0x3070, 1, found ? static_cast<int>(std::lround(seen_rad_ * 1e6)) : 0);
-      node_.write(sim::kAzimuth, 0x3070, 3, kFrameTicks * 100);
+    errors_rad_.push_back(target_rad - node_.machine().truth().joint_angle_rad[sim::kAzimuth]);
+    const int exposed = ticks_ - camera_.age_ticks;
+    if (exposed >= 0 && exposed % camera_.period_ticks == 0) {
+      const double seen_rad = errors_rad_[static_cast<std::size_t>(exposed)];
+      const bool found = std::abs(seen_rad) < kPicture_rad;
+      node_.write(sim::kAzimuth, 0x3070, 1, found ? static_cast<int>(std::lround(seen_rad * 1e6)) : 0);
+      node_.write(sim::kAzimuth, 0x3070, 3, camera_.stated_ticks * 100);
       node_.write(sim::kAzimuth, 0x3070, 4, found ? 100 : 0);
       node_.write(sim::kAzimuth, 0x3070, 5, ++counter_ % 256);
-      seen_rad_ = target_rad - node_.machine().truth().joint_angle_rad[sim::kAzimuth];
     }
+    ++ticks_;
     if (!both_) {
       node_.set_rate(sim::kPitch, 0.0);
     }
@@ -67,8 +79,9 @@ class Film {
 
  private:
   bool both_;
+  Camera camera_;
   sim::DrivenNode node_;
-  double seen_rad_ = 0;
+  std::vector<double> errors_rad_;  // of each tick
   double fastest_rad_s_ = 0;
   int counter_ = 0;
   int ticks_ = 0;
@@ -126,6 +139,42 @@ void test_a_target_that_stays_ahead_stops_no_axis() {
   }
 }
 
+// Targets that move already when the camera sees them first, off the centre of its picture; half of them hop, and half
+// of the cameras state a wrong age.
+void test_a_target_that_moves_already_stops_no_axis() {
+  const int count = by_size(40, 300, 1000);
+  for (int i = 0; i < count; ++i) {
+    std::mt19937_64 draw(static_cast<std::uint64_t>(i) + 1);
+    const auto between = [&draw](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(draw);
+    };
+    const auto ticks = [&between](double low, double high) {
+      return static_cast<int>(std::lround(between(low, high)));
+    };
+    Camera camera;
+    camera.period_ticks = static_cast<int>(std::lround(100.0 * std::pow(0.02, between(0.0, 1.0))));
+    camera.age_ticks = ticks(5.0, 120.0);
+    camera.stated_ticks = i % 4 < 2 ? camera.age_ticks : std::max(0, camera.age_ticks + ticks(-100.0, 100.0));
+    const double rate_rad_s = std::copysign(0.005 * std::pow(20.0, between(0.0, 1.0)), between(-1.0, 1.0));
+    const double offset_rad = between(-0.005, 0.005);
+    const double hop_rad = i % 8 < 4 ? 0.0 : between(0.0, 0.003);
+    const int hop_ticks = ticks(50.0, 500.0);
+    Film film(i % 2 == 1, camera, static_cast<std::uint64_t>(i) + 1);
+    film.enable();
+    for (int tick = 0; tick < 2500; ++tick) {
+      film.tick(offset_rad + rate_rad_s * tick * sim::kTick_s + (tick / hop_ticks % 2 == 0 ? 0.0 : hop_rad));
+    }
+    const std::string text = fmt::format(
+        "target {}: picture every {} ms, {} ms old, stated {}; {:.1f} mrad off, {:.4f} rad/s, hops of {:.1f} mrad in "
+        "{} "
+        "ms: fault {}",
+        i, camera.period_ticks, camera.age_ticks, camera.stated_ticks, 1e3 * offset_rad, rate_rad_s, 1e3 * hop_rad,
+        hop_ticks, static_cast<int>(film.fault()));
+    TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, film.fault(), text.c_str());
+  }
+  std::printf("%d targets\n", count);
+}
+
 struct Case {
   const char *name;
   std::function<void(axis_parameters&)> write;
@@ -179,6 +228,7 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_target_that_swings_stops_no_axis);
   RUN_TEST(test_a_target_that_stays_ahead_stops_no_axis);
+  RUN_TEST(test_a_target_that_moves_already_stops_no_axis);
   RUN_TEST(test_gains_that_shake_are_taken_back_while_a_target_moves);
   return UNITY_END();
 }
