@@ -30,6 +30,8 @@ THRESHOLD_OF_PEAK = 0.2
 SMALLEST_AREA_PX = 3
 GOOD_NOISE_PX = 0.2
 """A centroid with this noise has half the quality."""
+MEDIAN_RANGE_BITS = 12
+"""Of the background in a window: 16 passes of OpenCV's median at most."""
 _MAD_TO_DEVIATION = 1.4826
 
 
@@ -72,6 +74,26 @@ def deviation_of_border(difference: npt.NDArray[np.float32], border: int) -> flo
     return max(deviation, 0.5)  # grey levels are whole numbers
 
 
+def median(window: Grey, side: int) -> Grey:
+    """Of the `side` by `side` pixels around each one.
+
+    OpenCV's has 8 bits. The median of the high bits is the high bits of the median; with it known, the low bits are the
+    median of what is left within its step. Of a range beyond MEDIAN_RANGE_BITS the lowest bits do not count.
+    """
+    if window.dtype == np.uint8:
+        return np.asarray(cv2.medianBlur(window, side), dtype=np.uint8)
+    least = int(window.min())
+    coarser = max(0, (int(window.max()) - least).bit_length() - MEDIAN_RANGE_BITS)
+    values = (window.astype(np.int32) - least) >> coarser
+    high = cv2.medianBlur((values >> 8).astype(np.uint8), side)
+    found = np.zeros_like(values)
+    for step in np.unique(high):
+        base = 256 * int(step)
+        low = cv2.medianBlur(np.clip(values - base, 0, 255).astype(np.uint8), side)
+        found = np.where(high == step, base + low.astype(np.int32), found)
+    return np.asarray(least + (found << coarser), dtype=np.uint16)
+
+
 def find_in_window(grey: Grey, column: float, row: float, half: int, sign: int = 0) -> Blob | None:
     """The object nearest to a place, in a window of 2 `half` + 1 pixels; `sign` 0: brighter or darker."""
     height, width = grey.shape
@@ -81,8 +103,7 @@ def find_in_window(grey: Grey, column: float, row: float, half: int, sign: int =
     if right - left < 4 * border or bottom - top < 4 * border:
         return None
     window = grey[top:bottom, left:right]
-    background = cv2.medianBlur(window, min(2 * (2 * half // 3) + 1, 255))
-    difference = window.astype(np.float32) - background.astype(np.float32)
+    difference = window.astype(np.float32) - median(window, min(2 * (2 * half // 3) + 1, 255)).astype(np.float32)
     deviation = deviation_of_border(difference, border)
     smoothed = cv2.GaussianBlur(difference, (3, 3), 0)
     if sign == 0:

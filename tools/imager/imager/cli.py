@@ -23,13 +23,14 @@ from servoctl.tracking import DROPS
 
 from . import __version__
 from .camera_frame import AGE, NODE_CLOCK, FrameSender, Result
-from .detector import check_size
 from .errors import ImagerError
 from .follower import TRACKERS, Follower, Sighting
 from .picture import DEFAULT_PIXEL_URAD, Optics, Picture
 from .recorder import Recorder
-from .sources import NewestPicture, Source, VideoSource, open_source
+from .sources import NewestPicture, Source, open_source
 from .statistics import Statistics
+from .video import DEFAULT_RATE_HZ
+from .view import View
 
 class _Number(click.FloatRange):
     """Refuses nan, which is in every range of click."""
@@ -65,18 +66,18 @@ def process(
     follower = Follower(settings.tracker)
     statistics = Statistics()
     start_s = next_status_s = time.monotonic()
-    number = 0
-    shape: tuple[int, ...] = ()
+    view = View(settings.optics)
+    last: Picture | None = None
     with contextlib.suppress(KeyboardInterrupt):
         for picture in pictures:
-            shape = shape or picture.grey.shape
-            check_size(picture.grey.shape, shape)
-            sighting = follower.take(picture.grey, max(1, picture.number - number))
-            number = picture.number
-            error_rad = settings.optics.error(sighting.column, sighting.row, picture.grey.shape)
+            optics = view.of(picture)
+            passed = picture.progress - last.progress if last else 1.0
+            sighting = follower.take(picture.grey, passed if passed > 0.0 else 1.0)
+            last = picture
+            error_rad = optics.error(sighting.column, sighting.row, picture.grey.shape)
             delay_s = _send(source, picture, sighting, error_rad, settings, sender)
             statistics.take(sighting, error_rad, delay_s)
-            statistics.shape = shape
+            statistics.shape = view.first
             if recorder is not None:
                 recorder.write(picture, sighting, error_rad)
             now_s = time.monotonic()
@@ -149,30 +150,33 @@ def _summary(
               help="OpenCV's tracker that takes over where the target does not stand out.")  # fmt: skip
 @click.option("--camera-delay", type=_Number(0.0, 100.0), default=0.0, show_default=True,
               help="From the middle of the exposure to the picture's time stamp, ms.")  # fmt: skip
+@click.option("--rate", type=_Number(1e-3, 1e3), default=DEFAULT_RATE_HZ, show_default=True,
+              help="Pictures per second of a folder, whose files say no times.")  # fmt: skip
 @click.option("--seconds", type=_Number(0.1), help="End after so many seconds.")
 @click.option("--quiet", is_flag=True, help="No line each second.")
 @overwrite_option
 @click.version_option(__version__, message="imager %(version)s")
 def imager(
     source: str, bus: str | None, no_bus: bool, node: int, bitrate: str, record: Path | None, pixel_urad: float,
-    azimuth_grows: str, tracker: str, camera_delay: float, seconds: float | None, quiet: bool, overwrite: bool,
+    azimuth_grows: str, tracker: str, camera_delay: float, rate: float, seconds: float | None, quiet: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Finds a target in the pictures of SOURCE, follows it, and sends its error to a trackservo as camera frames.
 
-    SOURCE is a camera's number (0) or device (/dev/video0), a video file, an rtsp:// or http:// address, or
-    pgm-tcp:HOST:PORT, the pictures of 'sim_host serve --video'. It ends at the end of a video, or with Ctrl-C.
+    SOURCE is a camera's number (0) or device (/dev/video0), a video file, a folder of pictures (PNG, TIFF ...), an rtsp://
+    or http:// address, or pgm-tcp:HOST:PORT, the pictures of 'sim_host serve --video'. It ends at the end of a video, or
+    with Ctrl-C.
     """
     address = None if no_bus else parse_bus(bus)
     settings = Settings(Optics(1e-6 * pixel_urad, azimuth_grows == "right"), tracker, 1e-3 * camera_delay, seconds, quiet)
     if record is not None:
         check_new([record], overwrite, "--record", [Path(source)])
     with contextlib.ExitStack() as stack:
-        opened = open_source(source)
+        opened = open_source(source, rate)
         stack.callback(opened.close)
         recorder = Recorder(record, opened.rate_hz) if record else None
         if recorder is not None:
             stack.callback(recorder.close)
-        pictures = NewestPicture(opened, keep_all=isinstance(opened, VideoSource))  # from now on none gets old
+        pictures = NewestPicture(opened)  # from now on none gets old
         stack.callback(pictures.close)
         sender = None
         if address is not None:

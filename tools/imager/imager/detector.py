@@ -28,25 +28,31 @@ LOWEST_DEVIATION = 1.0
 _LEVELS = 5
 
 
-def check_size(shape: tuple[int, ...], first: tuple[int, ...]) -> None:
-    """Raises ImagerError for a picture that is too small, or has another size than the first one."""
+def check_size(shape: tuple[int, ...]) -> None:
+    """Raises ImagerError for a picture that is too small."""
     height, width = shape[:2]
     if min(height, width) < SMALLEST_SIDE_PX:
         raise ImagerError(f"the pictures have {width} x {height} pixels; a target can be found in {SMALLEST_SIDE_PX} x {SMALLEST_SIDE_PX} or more.")
-    if shape != first:
-        raise ImagerError(
-            f"the pictures change from {first[1]} x {first[0]} to {width} x {height} pixels; the source must keep one size."
-        )
 
 
-def _around(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+Level = npt.NDArray[np.float32] | npt.NDArray[np.float64]
+
+
+def _around(values: Level) -> Level:
     """Mean of the surroundings of each pixel."""
-    whole = cv2.boxFilter(values, cv2.CV_32F, (SURROUNDINGS_PX, SURROUNDINGS_PX), normalize=False)
-    middle = cv2.boxFilter(values, cv2.CV_32F, (OBJECT_PX, OBJECT_PX), normalize=False)
-    return np.asarray((whole - middle) / (SURROUNDINGS_PX**2 - OBJECT_PX**2), dtype=np.float32)
+    whole = cv2.boxFilter(values, -1, (SURROUNDINGS_PX, SURROUNDINGS_PX), normalize=False)
+    middle = cv2.boxFilter(values, -1, (OBJECT_PX, OBJECT_PX), normalize=False)
+    found: Level = np.subtract(whole, middle, dtype=values.dtype) / values.dtype.type(SURROUNDINGS_PX**2 - OBJECT_PX**2)
+    return found
 
 
-def _standing_out(grey: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def _halved(values: Level) -> Level:
+    found: Level = np.zeros_like(values[::2, ::2])
+    cv2.pyrDown(values, found)
+    return found
+
+
+def _standing_out(grey: Level) -> npt.NDArray[np.float32]:
     """How far each pixel (3 by 3) is from its surroundings, in their deviations."""
     mean, square = _around(grey), _around(grey * grey)
     deviation = np.sqrt(np.maximum(square - mean * mean, LOWEST_DEVIATION**2))
@@ -56,7 +62,8 @@ def _standing_out(grey: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 def candidates(grey: Grey) -> list[tuple[float, float, float]]:
     """Places that stand out, at most CANDIDATES: deviations, column, row; the most outstanding first."""
     found: list[tuple[float, float, float]] = []
-    level = grey.astype(np.float32)
+    # The squares of 16 bits need more digits than float32 has.
+    level: Level = grey.astype(np.float32) if grey.dtype == np.uint8 else grey.astype(np.float64)
     scale = 1.0
     for _ in range(_LEVELS):
         if min(level.shape) < SMALLEST_SIDE_PX:
@@ -68,7 +75,7 @@ def candidates(grey: Grey) -> list[tuple[float, float, float]]:
                 break
             found.append((peak, (place[0] + 0.5) * scale - 0.5, (place[1] + 0.5) * scale - 0.5))
             cv2.circle(strength, place, SURROUNDINGS_PX // 2, 0.0, -1)
-        level = np.asarray(cv2.pyrDown(level), dtype=np.float32)
+        level = _halved(level)
         scale *= 2.0
     return sorted(found, reverse=True)[:CANDIDATES]
 

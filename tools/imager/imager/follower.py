@@ -16,7 +16,7 @@ import cv2
 
 from .centroid import Blob, find_in_window
 from .detector import find
-from .picture import Grey
+from .picture import Grey, to_8_bits
 
 CONFIRMED = 3
 LOST = 15
@@ -80,10 +80,11 @@ class Follower:
 
     def __init__(self, tracker: str = "kcf") -> None:
         self._tracker_name = tracker
+        self._shape: tuple[int, ...] = ()
         self._forget()
 
     def _forget(self) -> None:
-        self._pictures = 1
+        self._passed = 1.0
         self._blob: Blob | None = None
         self._seen = 0
         self._missed = 0
@@ -97,9 +98,15 @@ class Follower:
     def state(self) -> State:
         return State.FOLLOWING if self._seen >= CONFIRMED else State.SEARCHING
 
-    def take(self, grey: Grey, pictures: int = 1) -> Sighting:
-        """The target in the next picture, which is `pictures` after the last one."""
-        self._pictures = pictures
+    def take(self, grey: Grey, passed: float = 1.0) -> Sighting:
+        """The target in the next picture, which is so long after the last one, in any unit.
+
+        A picture of another size begins a new search: nothing of the old ones holds in it.
+        """
+        if grey.shape != self._shape:
+            self._shape = grey.shape
+            self._forget()
+        self._passed = passed
         return self._search(grey) if self.state == State.SEARCHING else self._follow(grey)
 
     def _search(self, grey: Grey) -> Sighting:
@@ -118,8 +125,8 @@ class Follower:
 
     def _follow(self, grey: Grey) -> Sighting:
         assert self._blob is not None
-        column = self._blob.column + self._pictures * self._velocity[0]
-        row = self._blob.row + self._pictures * self._velocity[1]
+        column = self._blob.column + self._passed * self._velocity[0]
+        row = self._blob.row + self._passed * self._velocity[1]
         blob = self._matching(grey, column, row) or self._matching(grey, column, row, WIDER)
         if blob is not None:
             self._take_blob(grey, blob)
@@ -155,7 +162,7 @@ class Follower:
     def _take_blob(self, grey: Grey, blob: Blob) -> None:
         if self._blob is not None and self._seen > 0:
             column, row = blob.column - self._blob.column, blob.row - self._blob.row
-            step = (column / self._pictures, row / self._pictures)
+            step = (column / self._passed, row / self._passed)
             self._velocity = (
                 self._velocity[0] + _VELOCITY_GAIN * (step[0] - self._velocity[0]),
                 self._velocity[1] + _VELOCITY_GAIN * (step[1] - self._velocity[1]),
@@ -196,7 +203,7 @@ class Follower:
 
 def _coloured(grey: Grey) -> cv2.typing.MatLike:
     """What OpenCV's trackers take."""
-    return cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
+    return cv2.cvtColor(to_8_bits(grey), cv2.COLOR_GRAY2BGR)
 
 
 def _moved(blob: Blob, column: float, row: float) -> Blob:

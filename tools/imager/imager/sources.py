@@ -1,4 +1,4 @@
-"""Where pictures come from: a camera, a video file, a URL, or the simulator.
+"""Where pictures come from: a camera, a video file, a folder, a URL, or the simulator.
 
 A thread reads; whoever takes pictures gets the newest one, so that a slow computer loses pictures instead of time.
 """
@@ -17,16 +17,20 @@ import cv2
 import numpy as np
 
 from .errors import ImagerError
-from .picture import Grey, Picture
+from .picture import Picture, UsedBits, grey_of
+from .still import StillSource, is_still
+from .video import CONNECT_S, DEFAULT_RATE_HZ, StreamSource, VideoSource
 
-FORMS = "a camera's number (0) or device (/dev/video0), a video file, an rtsp:// or http:// address, or pgm-tcp:HOST:PORT"
+FORMS = (
+    "a camera's number (0) or device (/dev/video0), a video file, a folder of pictures, an rtsp:// or http:// address,"
+    " or pgm-tcp:HOST:PORT"
+)
 SIMULATOR = "pgm-tcp:"
-CONNECT_S = 3.0
 RECEIVE_BUFFER_BYTES = 1 << 18
 """About a picture: if we are late, the simulator drops pictures, and none waits here until it is old."""
 LARGEST_SIDE_PX = 16384
-SILENCE_S = 5.0
-"""Without a picture for so long, the source is broken."""
+MANY_BITS = tuple(cv2.VideoWriter.fourcc(*name) for name in ("Y10 ", "Y12 ", "Y16 "))
+"""Pixel formats of cameras with more than 8 bits of grey."""
 _BUFFERED_STAMP_S = 1.0
 """A driver's time stamp that is further from now is not one of our clock."""
 
@@ -38,93 +42,47 @@ class Source(Protocol):
     """Exposures are by the clock of the node instead of time.monotonic()."""
     rate_hz: float
     """Of a recording of its pictures."""
+    waits: bool
+    """For whoever takes its pictures, as a file may: none is skipped."""
 
     def read(self) -> Picture | None: ...
 
     def close(self) -> None: ...
 
 
-def _grey(picture: cv2.typing.MatLike) -> Grey:
-    if picture.ndim == 3:
-        picture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    if picture.dtype != np.uint8:
-        picture = cv2.normalize(picture, np.empty(0), 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
-    return np.asarray(picture, dtype=np.uint8)
-
-
-def _rate(capture: cv2.VideoCapture) -> float:
-    rate = capture.get(cv2.CAP_PROP_FPS)
-    return rate if 1.0 <= rate <= 1000.0 else 25.0
-
-
-class CaptureSource:
-    """A camera or a URL: pictures come by themselves, and the last one never ends well."""
+class CameraSource:
+    """A camera of Video4Linux: pictures come by themselves, and the last one never ends well."""
 
     node_clock = False
+    waits = False
 
-    def __init__(self, address: int | str, name: str, what: str) -> None:
+    def __init__(self, number: int, name: str) -> None:
         self._name = name
         self._capture = cv2.VideoCapture()
-        backend = cv2.CAP_V4L2 if isinstance(address, int) else cv2.CAP_FFMPEG
-        settings = [] if isinstance(address, int) else [
-            cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, int(1e3 * CONNECT_S), cv2.CAP_PROP_READ_TIMEOUT_MSEC, int(1e3 * SILENCE_S),
-        ]  # fmt: skip
-        if isinstance(address, int):
-            opened = self._capture.open(address, backend)
-        else:
-            opened = self._capture.open(address, backend, settings)
-        if not opened:
-            raise ImagerError(f"{what} '{name}' cannot be opened; expected {FORMS}.")
-        self.rate_hz = _rate(self._capture)
+        if not self._capture.open(number, cv2.CAP_V4L2):
+            raise ImagerError(f"the camera '{name}' cannot be opened; expected {FORMS}.")
+        if int(self._capture.get(cv2.CAP_PROP_FOURCC)) in MANY_BITS:
+            self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0.0)  # which would make 8 bits of them
+        rate = self._capture.get(cv2.CAP_PROP_FPS)
+        self.rate_hz = rate if 1.0 <= rate <= 1000.0 else 25.0
+        self._used_bits = UsedBits()
         self._number = 0
 
     def read(self) -> Picture | None:
+        """Waits for the next picture."""
         if not self._capture.grab():
-            raise ImagerError(f"'{self._name}' gives no more pictures; check its cable or network, then start again.")
+            raise ImagerError(f"'{self._name}' gives no more pictures; check its cable, then start again.")
         now = time.monotonic()
-        stamp = 1e-3 * self._capture.get(cv2.CAP_PROP_POS_MSEC)  # of V4L2: the driver's, by the same clock
+        stamp = 1e-3 * self._capture.get(cv2.CAP_PROP_POS_MSEC)  # the driver's, by the same clock
         exposed = stamp if 0.0 <= now - stamp < _BUFFERED_STAMP_S else now
-        good, picture = self._capture.retrieve()
+        good, values = self._capture.retrieve()
         if not good:
             raise ImagerError(f"'{self._name}' gives a picture that cannot be decoded; choose another pixel format.")
         self._number += 1
-        return Picture(_grey(picture), self._number, exposed, now)
+        return Picture(self._used_bits.take(grey_of(values, f"'{self._name}'")), self._number, exposed, now)
 
     def close(self) -> None:
-        self._capture.release()
-
-
-class VideoSource:
-    """A file, played at its own frame rate: each picture is exposed when it is due."""
-
-    node_clock = False
-
-    def __init__(self, file: Path) -> None:
-        if not file.is_file():
-            what = "is not a file" if file.exists() else "does not exist"
-            raise ImagerError(f"the video '{file}' {what}; expected {FORMS}.")
-        self._file = file
-        self._capture = cv2.VideoCapture(str(file), cv2.CAP_FFMPEG)
-        if not self._capture.isOpened():
-            raise ImagerError(f"'{file}' is not a video that OpenCV can read; convert it, for example to MP4 or AVI.")
-        self.rate_hz = _rate(self._capture)
-        self._start_s: float | None = None
-        self._number = 0
-
-    def read(self) -> Picture | None:
-        good, picture = self._capture.read()
-        if not good:
-            if self._number == 0:
-                raise ImagerError(f"the video '{self._file}' has no picture that can be decoded; is the file complete?")
-            return None
-        if self._start_s is None:
-            self._start_s = time.monotonic()
-        due = self._start_s + self._number / self.rate_hz
-        time.sleep(max(0.0, due - time.monotonic()))
-        self._number += 1
-        return Picture(_grey(picture), self._number, time.monotonic(), time.monotonic())
-
-    def close(self) -> None:
+        """The device is free."""
         self._capture.release()
 
 
@@ -132,6 +90,7 @@ class PgmSource:
     """Pictures of the simulator: PGM (P5), one after the other, with comment lines `picture` and `exposure_us`."""
 
     node_clock = True
+    waits = False
     rate_hz = 50.0
 
     def __init__(self, host: str, port: int) -> None:
@@ -194,8 +153,8 @@ def read_pgm(stream: BinaryIO) -> Picture | None:
     return Picture(grey, comments.get("picture", 0), 1e-6 * comments["exposure_us"], time.monotonic())
 
 
-def open_source(text: str) -> Source:
-    """Raises ImagerError."""
+def open_source(text: str, rate_hz: float = DEFAULT_RATE_HZ) -> Source:
+    """`rate_hz` is that of pictures in files of their own; raises ImagerError."""
     if not text:
         raise ImagerError(f"the source is empty; expected {FORMS}.")
     if text.startswith(SIMULATOR):
@@ -204,21 +163,27 @@ def open_source(text: str) -> Source:
             raise ImagerError(f"the source '{text}' has no valid port: expected pgm-tcp:HOST:PORT.")
         return PgmSource(host or "127.0.0.1", int(port))
     if "://" in text:
-        return CaptureSource(text, text, "the stream")
+        return StreamSource(text, FORMS)
     device = text.removeprefix("/dev/video")
     if device.isdigit():
-        return CaptureSource(int(device), text, "the camera")
-    return VideoSource(Path(text))
+        return CameraSource(int(device), text)
+    path = Path(text)
+    if not path.exists():
+        raise ImagerError(f"the video '{path}' does not exist; expected {FORMS}.")
+    if is_still(path):
+        return StillSource(path, rate_hz)
+    if not path.is_file():
+        raise ImagerError(f"the video '{path}' is not a file; expected {FORMS}.")
+    return VideoSource(path)
 
 
 class NewestPicture:
     """Reads a source in a thread; iterating gives the newest picture each time, until the source ends."""
 
-    def __init__(self, source: Source, keep_all: bool = False) -> None:
-        """`keep_all`: the source waits for whoever takes its pictures, as a video file may."""
+    def __init__(self, source: Source) -> None:
         self._source = source
         self._box: queue.Queue[Picture | Exception | None] = queue.Queue(maxsize=1)
-        self._keep_all = keep_all
+        self._keep_all = source.waits
         self.skipped = 0
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
