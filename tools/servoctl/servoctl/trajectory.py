@@ -6,31 +6,32 @@ rates gets those of parabolas through neighbouring rows.
 
 from __future__ import annotations
 
-import csv
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
 from .node_limits import NodeLimits
+from .number_table import read_table
 from .parameter import AXES
+from .text_file import TextFile, read_text
 from .units import degrees, radians
 
 Real = NDArray[np.float64]
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3}
 ANGLE_UNITS = {"deg": radians(1.0), "rad": 1.0, "mrad": 1e-3, "urad": 1e-6}
-LARGEST = 1e12
-"""Of a number in the file, in its unit: beyond it, the computation would be inexact."""
-MAX_ROWS = 200_000
-MAX_BYTES = 50_000_000
-_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
+MAX_ROWS = 4_000_000
+"""More than an hour at 1 kHz."""
 _LOOKS = 33
-"""Instants of each interval at which angle and rate are checked; the acceleration is largest at its ends."""
+"""Instants of an interval at which angle and rate are checked; the acceleration is largest at its ends."""
+_AT_ONCE = 4096
+"""Intervals that are looked at together."""
+_TOLERANCE = 1.0 + 1e-6
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,10 @@ class AxisLimits:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Angles (rad) and rates (rad/s) of some axes, by axis number, at increasing times (s); `places` names each row."""
+    """Angles (rad) and rates (rad/s) of some axes, by axis number, at increasing times (s); `places` names each row.
+
+    All are arrays, and stay so: a trajectory of 10 min at 1 kHz has 600,000 rows.
+    """
 
     time_s: Real
     angle_rad: dict[int, Real]
@@ -113,18 +117,17 @@ class Trajectory:
             begin = angle[0] - 0.5 * first * rate[0]
             angles[axis] = np.concatenate([[begin, begin], angle, [angle[-1] + 0.5 * last * rate[-1]]])
             rates[axis] = np.concatenate([[0.0, 0.0], rate, [0.0]])
-        places = [f"{self.places[0]} (start from rest)"] * 2 + [*self.places[:-1]]
-        return Trajectory(time_s, angles, rates, [*places, f"{self.places[-1]} (stop after it)", ""])
+        return Trajectory(time_s, angles, rates, _ExtendedPlaces(self.places))
 
     def fastest(self, axis: int) -> float:
-        """The largest rate of an axis, rad/s."""
-        row, time_s = self._instants()
-        return float(np.max(np.abs(self._at(axis, row, time_s, 1))))
-
-    def _instants(self) -> tuple[NDArray[np.int64], Real]:
-        """`_LOOKS` of each interval, with its number."""
-        time_s = self.time_s[:-1, None] + np.diff(self.time_s)[:, None] * np.linspace(0.0, 1.0, _LOOKS)
-        return np.repeat(np.arange(len(self.time_s) - 1), _LOOKS), time_s.ravel()
+        """The largest rate of an axis, rad/s: at a row, or where the acceleration between two rows is 0."""
+        curves = self._curves(axis, slice(None))
+        with np.errstate(all="ignore"):
+            u = curves.begins / (curves.begins - curves.ends)
+        turning = np.flatnonzero((u > 0.0) & (u < 1.0))
+        at_row = float(np.max(np.abs(self.rate_rad_s[axis])))
+        between = self._curves(axis, turning).at(u[turning], 1)
+        return max(at_row, float(np.max(np.abs(between), initial=0.0)))
 
     def check(self, limits: dict[int, AxisLimits]) -> None:
         """Raises InputError for the first row after which an axis would exceed a limit of the node."""
@@ -133,42 +136,118 @@ class Trajectory:
             raise InputError(found[1])
 
     def first_violation(self, limits: dict[int, AxisLimits]) -> tuple[int, str] | None:
-        """The first row after which an axis would exceed a limit of the node, and what would happen where and when."""
-        row, time_s = self._instants()
+        """The first row after which an axis would exceed a limit of the node, and what would happen where and when.
+
+        Only intervals that could exceed one, by the bounds of their cubics, are looked at closely.
+        """
+        doubtful = np.zeros(len(self.time_s) - 1, dtype=np.bool_)
+        with np.errstate(all="ignore"):  # what is not finite is a violation, too
+            for axis, limit in limits.items():
+                for begin in range(0, len(doubtful), _AT_ONCE):
+                    part = slice(begin, min(begin + _AT_ONCE, len(doubtful)))
+                    doubtful[part] |= ~self._curves(axis, part).surely_within(limit)
+            rows = np.flatnonzero(doubtful)
+            for begin in range(0, len(rows), _AT_ONCE):
+                found = self._violation_in(rows[begin : begin + _AT_ONCE], limits)
+                if found is not None:
+                    return found
+        return None
+
+    def _violation_in(self, rows: NDArray[np.int64], limits: dict[int, AxisLimits]) -> tuple[int, str] | None:
         found: list[tuple[int, str]] = []
+        u = np.linspace(0.0, 1.0, _LOOKS)[:, None]
         for axis, limit in limits.items():
-            with np.errstate(all="ignore"):  # what is not finite is a violation, too
-                violations = _violations(limit, *(self._at(axis, row, time_s, n) for n in range(3)))
-            for values, bad, text in violations:
+            curves = self._curves(axis, rows)
+            for values, bad, text in _violations(limit, *(curves.at(u, n) for n in range(3))):
                 if bad.any():
-                    first = int(np.argmax(bad))
-                    worst = values[row == row[first]][np.argmax(np.abs(values[row == row[first]]))]
-                    found.append((int(row[first]), f"{AXES[axis]} {text.format(float(worst))}"))
+                    first = int(np.argmax(bad.any(axis=0)))
+                    worst = values[np.argmax(np.abs(values[:, first])), first]
+                    found.append((int(rows[first]), f"{AXES[axis]} {text.format(float(worst))}"))
         if not found:
             return None
-        row_number, text = min(found, key=lambda item: item[0])
-        return row_number, f"{self.places[row_number]}: at {self.time_s[row_number]:.6g} s {text}"
+        row, text = min(found, key=lambda item: item[0])
+        return row, f"{self.places[row]}: at {self.time_s[row]:.6g} s {text}"
 
-    def _at(self, axis: int, row: NDArray[np.int64], time_s: Real, derivative: int) -> Real:
-        """Of the interval `row`, also at its end, where the next one begins."""
-        inside = np.minimum(time_s, np.nextafter(self.time_s[row + 1], -np.inf))
-        return self._hermite(axis, inside, derivative)
+    def _curves(self, axis: int, rows: NDArray[np.int64] | slice) -> _Curves:
+        """Of the intervals that begin with these rows."""
+        def pair(values: Real) -> tuple[Real, Real]:
+            return values[:-1][rows], values[1:][rows]
+
+        (t0, t1), (a0, a1), (r0, r1) = pair(self.time_s), pair(self.angle_rad[axis]), pair(self.rate_rad_s[axis])
+        with np.errstate(all="ignore"):
+            return _Curves(t1 - t0, a0, a1, r0, r1)
+
+
+class _Curves:
+    """The cubics of some intervals: u goes from 0 to 1 in each."""
+
+    def __init__(self, step: Real, angle: Real, next_angle: Real, rate: Real, next_rate: Real) -> None:
+        self._step, self._angle, self._next_angle = step, angle, next_angle
+        self._mean = (next_angle - angle) / step
+        self._rate, self._next_rate = rate, next_rate
+        self._begin, self._end = rate - self._mean, next_rate - self._mean
+        self.begins, self.ends = -(4 * self._begin + 2 * self._end) / step, (2 * self._begin + 4 * self._end) / step
+        """Accelerations at both ends; between them, they change linearly."""
+
+    def at(self, u: Real, derivative: int) -> Real:
+        """Angles, rates or accelerations."""
+        mean, begin, end = self._mean, self._begin, self._end
+        if derivative == 1:
+            return mean + (1 - u) * (1 - 3 * u) * begin - u * (2 - 3 * u) * end
+        if derivative == 2:
+            return ((6 * u - 4) * begin + (6 * u - 2) * end) / self._step
+        return self._angle + self._step * u * (mean + (1 - u) * ((1 - u) * begin - u * end))
+
+    def surely_within(self, limit: AxisLimits) -> NDArray[np.bool_]:
+        """By the Bézier points of the cubics, which enclose them; False where only a closer look can tell."""
+        node, third = limit.node, self._step / 3
+        least = min(limit.acceleration_rad_s2, limit.deceleration_rad_s2)
+        good = np.maximum(np.abs(self.begins), np.abs(self.ends)) <= least
+        for angle in (self._angle, self._angle + third * self._rate, self._next_angle - third * self._next_rate, self._next_angle):
+            good &= (angle >= node.lowest.value) & (angle <= node.highest.value)
+        for rate in (self._rate, 3 * self._mean - self._rate - self._next_rate, self._next_rate):
+            good &= np.abs(rate) <= node.fastest.value
+        return np.asarray(good, dtype=np.bool_)
+
+
+class _ExtendedPlaces(Sequence[str]):
+    """Places of a trajectory with a start from rest and a stop."""
+
+    def __init__(self, inner: Sequence[str]) -> None:
+        self._inner = inner
+
+    def __len__(self) -> int:
+        return len(self._inner) + 3
+
+    @overload
+    def __getitem__(self, row: int) -> str: ...
+    @overload
+    def __getitem__(self, row: slice) -> Sequence[str]: ...
+    def __getitem__(self, row: int | slice) -> str | Sequence[str]:
+        if isinstance(row, slice):
+            return [self[number] for number in range(*row.indices(len(self)))]
+        number = range(len(self))[row]
+        if number < 2:
+            return f"{self._inner[0]} (start from rest)"
+        if number == len(self) - 1:
+            return ""
+        last = len(self._inner) - 1
+        return f"{self._inner[last]} (stop after it)" if number - 2 == last else self._inner[number - 2]
 
 
 def _violations(limit: AxisLimits, angle: Real, rate: Real, acceleration: Real) -> list[tuple[Real, NDArray[np.bool_], str]]:
     node = limit.node
     speeding = ~(acceleration * rate < 0.0)
-    tolerance = 1.0 + 1e-6
     return [
         (degrees(1) * angle, ~(angle >= node.lowest.value),
          f"would move to {{:.3f}}°, beyond {node.lowest}; lowest allowed: {degrees(node.lowest.value):.2f}°."),
         (degrees(1) * angle, ~(angle <= node.highest.value),
          f"would move to {{:.3f}}°, beyond {node.highest}; highest allowed: {degrees(node.highest.value):.2f}°."),
-        (degrees(1) * rate, ~(np.abs(rate) <= tolerance * node.fastest.value),
+        (degrees(1) * rate, ~(np.abs(rate) <= _TOLERANCE * node.fastest.value),
          f"would turn at {{:.4g}} °/s, above {node.fastest}; at most {degrees(node.fastest.value):.4g} °/s is allowed."),
-        (degrees(1) * acceleration, speeding & ~(np.abs(acceleration) <= tolerance * limit.acceleration_rad_s2),
+        (degrees(1) * acceleration, speeding & ~(np.abs(acceleration) <= _TOLERANCE * limit.acceleration_rad_s2),
          f"would accelerate by {{:.4g}} °/s², above 6083 ({degrees(limit.acceleration_rad_s2):.4g} °/s²)."),
-        (degrees(1) * acceleration, ~speeding & ~(np.abs(acceleration) <= tolerance * limit.deceleration_rad_s2),
+        (degrees(1) * acceleration, ~speeding & ~(np.abs(acceleration) <= _TOLERANCE * limit.deceleration_rad_s2),
          f"would slow down by {{:.4g}} °/s², above 6084 ({degrees(limit.deceleration_rad_s2):.4g} °/s²)."),
     ]  # fmt: skip
 
@@ -218,57 +297,21 @@ def _columns(place: str, titles: Sequence[str]) -> list[_Column]:
     return found
 
 
-def _cells(place: str, line: str) -> list[str]:
-    try:
-        return next(csv.reader([line], strict=True))
-    except csv.Error as error:
-        raise InputError(f"{place}: is not a row of a CSV file: {error}.") from error
-
-
-def _number(place: str, title: str, text: str) -> float:
-    value = float(text) if _NUMBER.fullmatch(text) else np.nan
-    if not np.abs(value) <= LARGEST:
-        raise InputError(f"{place}: {title.strip()} is '{text.strip()}', expected a number from {-LARGEST:g} to {LARGEST:g}.")
-    return value
-
-
-def read_trajectory(path: Path) -> Trajectory:
+def read_trajectory(file: Path | TextFile) -> Trajectory:
     """A CSV file, a row per instant; raises InputError with file and line."""
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is not a file.")
-        if (size := path.stat().st_size) > MAX_BYTES:
-            raise InputError(f"{path}: has {size / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB can be followed.")
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
-        raise InputError(f"{path}: cannot be read: {reason}.") from error
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
-    if len(lines) > MAX_ROWS:
-        raise InputError(f"{path}:{lines[MAX_ROWS][0]}: the trajectory has {len(lines) - 1} rows; at most {MAX_ROWS - 1} can be followed.")
-    rows = [(number, _cells(f"{path}:{number}", line)) for number, line in lines]
-    if len(rows) < 3:
-        raise InputError(f"{path}:{rows[-1][0] if rows else 1}: a trajectory needs a title line and at least two rows.")
-    titles = rows[0][1]
-    columns = _columns(f"{path}:{rows[0][0]}", titles)
-    values, places = [], []
-    for number, cells in rows[1:]:
-        place = f"{path}:{number}"
-        if len(cells) != len(columns):
-            raise InputError(f"{place}: {len(cells)} values, but the title line has {len(columns)} columns.")
-        values.append([
-            column.factor * _number(place, title, cell) for column, title, cell in zip(columns, titles, cells, strict=True)
-        ])  # fmt: skip
-        places.append(place)
-    table = {column.kind: np.array(values).T[i] for i, column in enumerate(columns)}
-    time_s = table["time"]
+    source = read_text(file) if isinstance(file, Path) else file
+    read = read_table(source, _columns, "a trajectory", MAX_ROWS)
+    columns = _columns("", read.titles)
+    table = {column.kind: column.factor * read.values[:, i] for i, column in enumerate(columns)}
+    places, time_s = read.places, table["time"]
     late = np.flatnonzero(np.diff(time_s) <= 0.0)
     if len(late):
         row = int(late[0]) + 1
         raise InputError(f"{places[row]}: the time {time_s[row]:g} s is not after {time_s[row - 1]:g} s, that of the row before.")
     axes = [axis for axis, name in enumerate(AXES) if name in table]
     angle = {axis: table[AXES[axis]] for axis in axes}
-    rate = {axis: table.get(f"{AXES[axis]}_rate", slopes(time_s, angle[axis])) for axis in axes}
+    rates = {axis: table.get(f"{AXES[axis]}_rate") for axis in axes}
+    rate = {axis: slopes(time_s, angle[axis]) if given is None else given for axis, given in rates.items()}
     return Trajectory(time_s, angle, rate, places)
 
 

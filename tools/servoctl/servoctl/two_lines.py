@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import codecs
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -14,7 +13,7 @@ from sgp4.api import Satrec, jday
 from sgp4.io import compute_checksum
 
 from .errors import InputError
-from .trajectory import MAX_BYTES
+from .text_file import TextFile, read_text
 
 _LENGTH = 69
 _ONE = re.compile(r"1 ([0-9A-Z ][0-9 ]{4}[UCS ] |.{58})", re.IGNORECASE)
@@ -24,6 +23,7 @@ _FIELDS_ONE = ((18, 32),)
 _FIELDS_TWO = ((8, 16), (17, 25), (26, 33), (34, 42), (43, 51), (52, 63))
 """Epoch; inclination, node, eccentricity, perigee, anomaly and mean motion: columns from 0, the end excluded."""
 _NUMBER = re.compile(r" *\d[\d ]*\.?\d* *| *\.\d+ *")
+_TITLES = re.compile(r"\btime_m?s\b")
 _SHOWN = 5
 """Names in a message."""
 
@@ -73,34 +73,29 @@ def _check(place: str, line: str) -> None:
         raise InputError(f"{place}: the checksum is {line[-1]}, expected {compute_checksum(line)}: the line is damaged.")
 
 
-def _text(path: Path) -> str:
-    """UTF-8, UTF-16 with its mark, or any other code for the names: elements are ASCII."""
-    data = path.read_bytes()
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return data.decode("utf-16", errors="replace")
-    return data.decode("utf-8-sig", errors="replace")
-
-
-def _lines(path: Path) -> list[tuple[int, str]]:
+def _lines(source: TextFile) -> Iterator[tuple[int, str]]:
     """Numbers and lines, without empty ones, comments and blanks around."""
-    stripped = ((n, line.strip(" \t\0\r")) for n, line in enumerate(re.split(r"\r\n|\n|\r", _text(path)), 1))
-    return [(n, line) for n, line in stripped if line and not line.startswith("#")]
+    for number, line in source.lines():
+        stripped = line.strip(" \t")
+        if stripped and not stripped.startswith("#"):
+            yield number, stripped
 
 
-def is_elements(path: Path) -> bool:
-    """A file with two-line elements, and not a CSV."""
-    try:
-        if not path.is_file() or path.stat().st_size > MAX_BYTES:
-            return False
-        lines = _lines(path)
-    except OSError:
+def is_elements(source: TextFile) -> bool:
+    """A file with two-line elements, and not a CSV, which begins with its titles."""
+    if source.path.suffix.lower() in (".tle", ".3le", ".2le"):
+        return True
+    lines = _lines(source)
+    first = next(lines, (0, ""))[1]
+    if _TITLES.search(first):
         return False
-    return path.suffix.lower() in (".tle", ".3le", ".2le") or any((_ONE.match(line) or _TWO.match(line)) and "," not in line for _, line in lines)
+    return any((_ONE.match(line) or _TWO.match(line)) and "," not in line for line in (first, *(line for _, line in lines)))
 
 
-def read_entries(path: Path) -> list[TwoLines]:
+def read_entries(file: Path | TextFile) -> list[TwoLines]:
     """All satellites of a file, not checked yet; raises InputError when there is none, or half of one."""
-    lines = _lines(path)
+    source = read_text(file) if isinstance(file, Path) else file
+    path, lines = source.path, list(_lines(source))
     entries = []
     for at, (number, line) in enumerate(lines):
         if not _ONE.match(line):

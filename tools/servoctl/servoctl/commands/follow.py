@@ -25,6 +25,7 @@ from ..node_limits import read_limits
 from ..pair_stream import PositionStream
 from ..parameter import AXES
 from ..session import Session, common
+from ..text_file import TextFile, read_text
 from ..trajectory import AxisLimits, Trajectory, read_trajectory
 from ..units import TICK_S, degrees
 from .following import check_plot, following_options, save_errors
@@ -131,7 +132,7 @@ def follow(
     """
     check_plot(session, plot, overwrite, file)
     sky = SkyOptions(site, heading, after, lowest, rehearse, satellite, seconds)
-    source = _satellite(file, sky) if _is_elements(file) else _from_csv(file, sky)
+    source = _source(read_text(file), sky)
     with session.connect() as device:
         limits = {axis: _limits(Drive(device, axis)) for axis in source.candidates[0].angle_rad}
         motion = Motion(slew_rate, 0.0 if yes else CONFIRM_S, seconds, timed=not rehearse)
@@ -176,26 +177,26 @@ class Source:
     """What follows when too little of it is left."""
 
 
-def _is_elements(file: Path) -> bool:
+def _source(file: TextFile, sky: SkyOptions) -> Source:
     from ..two_lines import is_elements
 
-    return is_elements(file)
+    return _satellite(file, sky) if is_elements(file) else _from_csv(file, sky)
 
 
-def _from_csv(file: Path, sky: SkyOptions) -> Source:
+def _from_csv(file: TextFile, sky: SkyOptions) -> Source:
     given = sky.site is not None or sky.after is not None or sky.rehearse or sky.satellite
-    if given and file.exists():
-        raise InputError(f"--site, --after, --satellite and --rehearse are for two-line elements, but {file} has none.")
+    if given:
+        raise InputError(f"--site, --after, --satellite and --rehearse are for two-line elements, but {file.path} has none.")
     trajectory = read_trajectory(file)
-    return Source(f"{file}, {len(trajectory.time_s)} rows, {trajectory.duration_s:.4g} s", with_turns(trajectory))
+    return Source(f"{file.path}, {len(trajectory.time_s)} rows, {trajectory.duration_s:.4g} s", with_turns(trajectory))
 
 
-def _satellite(file: Path, sky: SkyOptions) -> Source:
+def _satellite(file: TextFile, sky: SkyOptions) -> Source:
     from ..satellite import Site, parse_time
     from ..two_lines import choose, read_entries
 
     if sky.site is None:
-        raise InputError(f"{file} has two-line elements: give the place of the tracker, e.g. --site 52.2 21.0 100.")
+        raise InputError(f"{file.path} has two-line elements: give the place of the tracker, e.g. --site 52.2 21.0 100.")
     latitude, longitude, height = sky.site
     if abs(latitude) > math.pi / 2:
         raise InputError(f"--site: the latitude {degrees(latitude):g}° is beyond ±90°.")
@@ -205,7 +206,7 @@ def _satellite(file: Path, sky: SkyOptions) -> Source:
     entries = read_entries(file)
     chosen = choose(entries, sky.satellite, after)
     others = len({entry.number for entry in entries}) - 1
-    note = f"{file} has {others + 1} satellites; this is the first one. --satellite NAME chooses another." if others and not sky.satellite else ""
+    note = f"{file.path} has {others + 1} satellites; this is the first one. --satellite NAME chooses another." if others and not sky.satellite else ""
     return _pass(chosen, Site(latitude, longitude, height), sky, after, note)
 
 
