@@ -15,6 +15,7 @@ from typing import Any
 from .errors import InputError
 from .parameter import AXES
 from .schema import at_hand, faults_file, named_file
+from .text_file import read_text
 
 SOURCES = ("node", *AXES, "board", "store")
 """Of an EMCY message, byte 4."""
@@ -119,12 +120,10 @@ NO_FAULTS = FaultTable({}, ())
 def load_faults(path: Path) -> FaultTable:
     """Raises InputError when the file cannot be read or is no fault table."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path).text)
         faults = [_fault(row) for row in content["faults"]]
         signals = tuple((str(row["name"]), str(row["unit"])) for row in content["signals"])
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a faults.json of the trackservo build ({error!r}).") from error
     return FaultTable({fault.number: fault for fault in faults}, signals)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .errors import InputError
 from .identified import Estimate, Identified
 from .recorder import HYSTERESIS, SPEED_SWEEP
+from .text_file import read_text
 from .units import TICK_S
 
 Real = NDArray[np.float64]
@@ -30,13 +31,13 @@ LEG_BAND = 0.3
 
 def read_columns(path: Path) -> Columns:
     """A CSV with a header, as columns by name; raises InputError."""
+    lines = (line for _, line in read_text(path).lines())
+    names = next(lines, "").strip().split(",")
     try:
-        with path.open(encoding="utf-8") as file:
-            names = file.readline().strip().split(",")
-            table = np.loadtxt(file, delimiter=",", ndmin=2)
-    except (OSError, ValueError) as error:
+        table = np.loadtxt(lines, delimiter=",", ndmin=2)
+        return dict(zip(names, table.T, strict=True)) if table.size else {name: np.empty(0) for name in names}
+    except ValueError as error:
         raise InputError(f"{path}: cannot be read: {error}.") from error
-    return dict(zip(names, table.T, strict=True)) if table.size else {name: np.empty(0) for name in names}
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,12 @@ from .journal import now
 from .output_files import unused
 from .parameter import Parameter, Value
 from .schema import Schema
+from .text_file import read_text
 from .units import number
 
 DEVICE_TABLE = "device"
+MAX_BYTES = 1_000_000
+"""Of a gains file: a hundred times what it needs."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +41,7 @@ class GainsFile:
 
 def read_gains(path: Path, schema: Schema) -> GainsFile:
     """Raises InputError with file, line and remedy."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not UTF-8 text.") from error
-    return parse_gains(text, path, schema)
+    return parse_gains(read_text(path, MAX_BYTES).text, path, schema)
 
 
 def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
@@ -53,7 +50,7 @@ def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
         document = tomlkit.parse(text)
     except ParseError as error:
         raise InputError(f"{path}:{error.line}: invalid TOML: {str(error).split(' at line')[0]}.") from error
-    except TOMLKitError as error:
+    except (TOMLKitError, ValueError, RecursionError) as error:  # also a number of too many digits, too many brackets
         raise InputError(f"{path}: invalid TOML: {error}.") from error
     content = document.unwrap()
     device = content.pop(DEVICE_TABLE, {})
@@ -62,12 +59,19 @@ def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
         place = f"{path}:{_line_of(text, name)}"
         try:
             parameter = _tunable(schema, name)
-            values[parameter] = parameter.check(value)
+            values[parameter] = parameter.check(_scalar(value, parameter))
         except InputError as error:
             raise InputError(f"{place}: {error}") from None
     if not values:
         raise InputError(f"{path}: contains no gains; 'servoctl save {path}' writes such a file.")
     return GainsFile(path, values, device if isinstance(device, dict) else {})
+
+
+def _scalar(value: Any, parameter: Parameter) -> Value:
+    """A number or a text; what is neither, as it may stand in the file, for the message that it is not a number."""
+    if isinstance(value, bool) and parameter.type != "BOOLEAN":
+        return str(value).lower()
+    return value if isinstance(value, int | float | str) else str(value)
 
 
 def _tunable(schema: Schema, name: str) -> Parameter:
@@ -103,9 +107,9 @@ def _line_of(text: str, name: str) -> int:
 def write_gains(path: Path, values: Mapping[Parameter, Value], device: Mapping[str, Any]) -> None:
     """Writes a new file, or updates the values of an existing one and preserves its comments and order."""
     try:
-        old = path.read_text(encoding="utf-8") if path.exists() else ""
+        old = read_text(path, MAX_BYTES).text if path.exists() else ""
         document = tomlkit.parse(old) if old else tomlkit.document()
-    except (OSError, UnicodeDecodeError, TOMLKitError) as error:
+    except (TOMLKitError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: exists, but is not a gains file that servoctl can update: {error}.") from error
     _replace(path, _filled(document, not old, values, device))
 

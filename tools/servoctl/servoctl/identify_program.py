@@ -12,6 +12,7 @@ from typing import Any
 from .errors import InputError
 from .test_plan import Envelope, TestPlan, read_test_plan
 from .schema import named_file_of, starts
+from .text_file import read_text
 
 ENVIRONMENT = "TRACKSERVO_IDENTIFY"
 BUILD = "cmake --preset host && cmake --build --preset host --target identify"
@@ -105,10 +106,8 @@ class IdentifyProgram:
 def read_json(path: Path, kind: str) -> Any:
     """A file of `identify` of this format, version 1; raises InputError."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
-    except ValueError as error:
+        data = json.loads(read_text(path).text)
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: invalid JSON: {error}.") from error
     if not isinstance(data, dict) or (data.get("format"), data.get("version")) != (kind, 1):
         raise InputError(f"{path}: not a file of format {kind}, version 1.")

@@ -154,7 +154,9 @@ class Parameter:
         if self.type in ("VISIBLE_STRING", "DOMAIN"):
             return value
         if isinstance(value, str | bytes):
-            raise InputError(f"{self.name}: '{value!r}' is not a number{self._range()}.")
+            raise InputError(f"{self.name}: {value!r} is not a number{self._range()}.")
+        if isinstance(value, int) and abs(value) > _LARGEST_WHOLE:
+            raise InputError(f"{self.name}: {str(value)[:_SHOWN]}... is beyond every limit{self._range()}.")
         if not math.isfinite(value):
             raise InputError(f"{self.name}: {value} is not finite{self._range()}.")
         if self.type == "REAL32":
@@ -186,6 +188,12 @@ class Parameter:
         if self.low is None or self.high is None:
             return ""
         return f"{number(self.low)} … {number(self.high)}"
+
+
+_LARGEST_WHOLE = 1 << 64
+"""What is larger is beyond every type, and may be beyond every float."""
+_SHOWN = 12
+"""Digits of such a number."""
 
 
 def shortest(value: float | np.float32) -> float:

@@ -23,6 +23,7 @@ from canopen.objectdictionary import ObjectDictionary, ODArray, ODRecord, ODVari
 from .errors import InputError
 from .parameter import AXES, TYPES, Parameter
 from .suggestions import suggest
+from .text_file import read_text
 
 ENVIRONMENT = "SERVOCTL_PARAMETERS"
 CARRIED = Path(__file__).resolve().parent / "descriptions" / "parameters.json"
@@ -153,10 +154,8 @@ def _variable(parameter: Parameter) -> ODVariable:
 def load_schema(path: Path) -> Schema:
     """Reads a parameters.json; raises InputError naming file and reason."""
     try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        content: dict[str, Any] = json.loads(read_text(path).text)
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: invalid JSON: {error}.") from error
     try:
         rows = content["objects"]

@@ -11,6 +11,7 @@ from typing import Any
 
 from .errors import InputError
 from .recorder import BREAK_AWAY, CHIRP, HYSTERESIS, SPEED_SWEEP, TORQUE_RAMPS
+from .text_file import read_text
 from .units import degrees
 
 KINDS = {
@@ -179,7 +180,7 @@ def as_json(test_plan: TestPlan) -> dict[str, Any]:
 def read_test_plan(path: Path) -> TestPlan:
     """Raises InputError with the file and its error."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(read_text(path).text)
         if data["format"] != "trackservo-programme" or data["version"] != 1:
             raise ValueError(f"is {data['format']} version {data['version']}, not trackservo-programme version 1")
         test_plan = TestPlan(
@@ -190,11 +191,9 @@ def read_test_plan(path: Path) -> TestPlan:
         if not test_plan.experiments:
             raise ValueError("contains no experiment")
         return test_plan
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except KeyError as error:
         raise InputError(f"{path}: not a test plan of 'identify plan': {error.args[0]} is missing.") from error
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         raise InputError(f"{path}: not a test plan of 'identify plan': {error}.") from error
 
 

@@ -122,7 +122,7 @@ def follow(
 
     A CSV file has the columns time_s, azimuth_deg or pitch_deg or both, and if known azimuth_rate_deg_s and
     pitch_rate_deg_s. Other units are ms, rad, mrad and urad. Angles are those of the joints. Lines that begin with # are
-    comments.
+    comments. With semicolons or tabs between the columns, decimal commas are understood.
 
     The whole trajectory is checked against the node's limits of travel, rate (607F) and acceleration (6083, 6084) before
     anything moves. The axes slew to the first angle, start from rest, follow in time, and stop after the last row.
