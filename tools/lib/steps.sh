@@ -199,7 +199,7 @@ step_cppcheck() {
 }
 
 step_python() {
-  PYTHONPATH=tools/report "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 tools/report/tests tools/mutation/tests tests/readme tests/changed tests/demo tests/docs tests/fuzz tests/hooks
+  PYTHONPATH=tools/report:tools/servoctl "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 tools/report/tests tools/mutation/tests tests/readme tests/changed tests/demo tests/docs tests/fuzz tests/hooks
 }
 
 step_readme() {

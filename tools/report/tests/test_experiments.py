@@ -110,6 +110,21 @@ def test_a_line_is_that_of_the_plot(tmp_path: Path) -> None:
         read_experiments(tmp_path)
 
 
+@pytest.mark.parametrize("code", ["utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("end", ["\r\n", "\r"])
+def test_an_experiment_is_read_as_editors_write_it(tmp_path: Path, code: str, end: str) -> None:
+    shutil.copytree(STUDIES / "sine", tmp_path / "sine")
+    file = tmp_path / "sine" / "experiment.toml"
+    plain = read_experiments(tmp_path)
+    text = file.read_text(encoding="utf-8")
+    file.write_bytes(text.replace("\n", end).encode(code))
+    assert read_experiments(tmp_path) == plain
+    file.write_bytes(text.replace("order = 11", "order = 1.5", 1).replace("\n", end).encode(code))
+    line = text[: text.index("order = 11")].count("\n") + 1
+    with pytest.raises(InputError, match=rf"experiment\.toml:{line}: order is not a whole number"):
+        read_experiments(tmp_path)
+
+
 def test_a_folder_without_experiments_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no experiment"):
         read_experiments(tmp_path)

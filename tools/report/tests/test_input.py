@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -49,7 +50,7 @@ def test_nan_is_not_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 def test_bytes_that_are_not_text_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "results.json").write_bytes(b"\xff\xfe\x00")
-    refused(tmp_path, capsys, "results.json", "cannot be read")
+    refused(tmp_path, capsys, "results.json", "is not UTF-16")
 
 
 def drop(*path: Any) -> Callable[[dict[str, Any]], None]:
@@ -172,7 +173,8 @@ def test_schema_is_valid_and_describes_every_field() -> None:
 
 def test_runs_as_a_module_and_piped(folder: Path) -> None:
     command = [sys.executable, "-m", "trackservo_report", str(folder)]
-    done = subprocess.run(command, cwd=PACKAGE, capture_output=True, text=True, check=False)
+    paths = os.pathsep.join((str(PACKAGE), str(PACKAGE.parent / "servoctl")))
+    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert "\x1b[" not in done.stdout
     table = [line for line in done.stdout.splitlines() if not line.startswith("report:")]

@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 
 from .controllers import INGREDIENTS
 from .errors import InputError
+from .text import read_text
 
 STUDIES = Path(__file__).resolve().parents[3] / "sim_host" / "studies"
 
@@ -107,7 +108,7 @@ class _Table:
 
     def refuse(self, key: str, reason: str) -> NoReturn:
         """Raise an `InputError` at the line of the key, or of its table where the key is absent."""
-        lines = self._file.read_text(encoding="utf-8").splitlines()
+        lines = [line for _, line in read_text(self._file).lines()]
         own = (number for number in range(self._line, len(lines) + 1) if re.match(rf"{key}\s*=", lines[number - 1]))
         line = next(own, self._line) if key in self._values else self._line
         raise InputError(f"{self._file}:{line}: {key} {reason}.")
@@ -123,16 +124,14 @@ _WORDS = {str: "a text", int: "a whole number", list: "a list", bool: "true or f
 
 
 def _read(file: Path) -> Experiment:
+    source = read_text(file)
     try:
-        text = file.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: cannot be read: {error}.") from error
-    except tomllib.TOMLDecodeError as error:
+        data = tomllib.loads(source.text)
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{file}: not valid TOML: {error}.") from error
     top = _Table(file, data, 1)
     name = file.parent.name
-    heads = [number for number, line in enumerate(text.splitlines(), start=1) if line.strip() == "[[plot]]"]
+    heads = [number for number, line in source.lines() if line.strip() == "[[plot]]"]
     tables = zip(top.get("plot", list, []), heads, strict=True)
     return Experiment(
         name=name,

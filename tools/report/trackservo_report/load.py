@@ -12,6 +12,7 @@ import jsonschema
 
 from .errors import InputError
 from .experiments import experiments
+from .text import read_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,9 +220,7 @@ def read_json(file: Path) -> Any:
     if not file.is_file():
         raise InputError(f"{file}: not found; run 'sim_host experiments --out {file.parent}' first.")
     try:
-        return json.loads(file.read_text(encoding="utf-8"), parse_constant=_refuse_constant)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: cannot be read: {error}.") from error
+        return json.loads(read_text(file).text, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
         raise InputError(f"{file}:{error.lineno}: not valid JSON: {error.msg}.") from error
     except ValueError as error:

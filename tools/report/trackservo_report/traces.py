@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .load import InputError
+from .text import read_text
 
 Series = NDArray[np.float64]
 
@@ -21,13 +22,11 @@ STEPS_OF_RANGE = 2000
 
 def read_columns(file: Path, columns: list[str], blanks: bool = True) -> dict[str, Series]:
     """The named columns of a CSV with one header line; blank cells become NaN, or an error without `blanks`."""
+    lines = (line for _, line in read_text(file).lines())
+    header = [name.strip() for name in next(lines, "").split(",")]
+    places = [_place(file, header, name) for name in columns]
     try:
-        with file.open(encoding="utf-8") as stream:
-            header = [name.strip() for name in stream.readline().split(",")]
-            places = [_place(file, header, name) for name in columns]
-            table = np.loadtxt(stream, delimiter=",", usecols=places, ndmin=2, converters=_number if blanks else None)
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror}.") from error
+        table = np.loadtxt(lines, delimiter=",", usecols=places, ndmin=2, converters=_number if blanks else None)
     except (ValueError, IndexError) as error:
         raise InputError(f"{file}: not a table of numbers: {error}.") from error
     if table.shape[0] < 2:

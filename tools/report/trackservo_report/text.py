@@ -1,0 +1,19 @@
+"""Texts of files, in every form that editors write: by servoctl's reader, which all Python programs share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from servoctl import text_file
+from servoctl.errors import ServoctlError
+from servoctl.text_file import TextFile
+
+from .errors import InputError
+
+
+def read_text(file: Path) -> TextFile:
+    """Every fault is an `InputError`."""
+    try:
+        return text_file.read_text(file)
+    except ServoctlError as error:
+        raise InputError(str(error)) from error
