@@ -19,6 +19,7 @@ from . import __version__
 from .bus import BusAddress, bit_rate_of, open_bus, skipped_lines
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
 from .interrupts import postponed
+from .matched_sdo import MatchedNode
 from .node_clock import TICKS, NodeClock
 from .parameter import AXIS_SHIFT, Parameter, Value
 from .schema import (
@@ -37,7 +38,7 @@ from .turns import Turns
 
 SDO_TIMEOUT_S = 1.0
 LATE_ANSWER_S = 0.2
-"""After a failed transfer, a late answer comes within this time: the next transfer must not take it."""
+"""After a failed write, a late answer comes within this time: the next write to the object must not take it."""
 STORE_TIMEOUT_S = 5.0
 HEARTBEAT_TIMEOUT_S = 1.0
 HEARTBEATS_OF_NMT = 20
@@ -112,7 +113,7 @@ class Device:
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.network.listeners.append(_LossListener())  # type: ignore[arg-type]  # any can.Listener will do
         self.network.connect()
-        self.node = canopen.RemoteNode(node_id, canopen.ObjectDictionary())
+        self.node = MatchedNode(node_id, canopen.ObjectDictionary())
         self.network.add_node(self.node)
         self.node.sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S
         self.opened_s = time.monotonic()
@@ -144,7 +145,6 @@ class Device:
                 try:
                     return bytes(self.node.sdo.upload(index, sub))
                 except SdoCommunicationError:
-                    time.sleep(LATE_ANSWER_S)
                     return bytes(self.node.sdo.upload(index, sub))
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("read", index, sub, name, error) from error

@@ -20,7 +20,8 @@ from pathlib import Path
 from .errors import MotionError
 
 SETTLE_S = 0.005
-"""After another process' turn: we also receive the answer to it, and it must have arrived before our request."""
+"""After another process' turn: we also receive the answer to it. If both write the same object, only the time tells its answer
+from ours."""
 
 
 class FileLock:

@@ -1,4 +1,4 @@
-"""An interrupt at the worst time: a request is sent, its answer has not arrived."""
+"""A request is sent, and an interrupt comes before its answer, or the answer to another request."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ import pytest
 from servoctl.bus import parse_bus
 from servoctl.device import SDO_TIMEOUT_S, Device
 from servoctl.drive import Drive
-from servoctl.errors import ConnectionFailed
+from servoctl.errors import ConnectionFailed, Refused
 from servoctl.live import LiveAxis
 from servoctl.power import DISABLED, PROFILE_VELOCITY
 
 from .conftest import Bench
 
-DEVICE_TYPE, VENDOR = (0x1000, 0), (0x1018, 1)
+DEVICE_TYPE, VENDOR, NAME = (0x1000, 0), (0x1018, 1), (0x1008, 0)
+ANSWERS_THAT_NAME_AN_OBJECT = (0x41, 0x43, 0x60, 0x80, 0xC6)
 
 
 @pytest.fixture
@@ -53,10 +54,30 @@ def test_a_transfer_after_an_interrupted_one_gets_its_own_answer(
     assert [device.upload(*VENDOR) for _ in range(20)] == [expected] * 20
 
 
-def test_a_late_answer_is_waited_for_and_not_taken_for_another_ones(
-    device: Device, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The node answers the first request 50 ms after our time-out."""
+def test_an_answer_to_another_request_is_not_taken(device: Device) -> None:
+    """Before each answer come those to others: late ones, or to another servoctl. Whole, in segments, as a block, refused."""
+    take = device.node.sdo.on_response
+    others = [
+        bytes.fromhex(text) for text in ("43 00 10 00 92 01 02 00", "60 17 10 00 00 00 00 00", "80 00 21 02 00 00 02 06", "C6 80 30 01 08 00 00 00")
+    ]  # fmt: skip
+
+    def after_others(can_id: int, data: bytearray, time_s: float) -> None:
+        for other in others if data[0] in ANSWERS_THAT_NAME_AN_OBJECT else []:
+            take(can_id, other, time_s)
+        take(can_id, data, time_s)
+
+    wanted = [device.upload(*VENDOR), device.upload(*NAME)]
+    device.network.unsubscribe(device.node.sdo.tx_cobid, take)
+    device.network.subscribe(device.node.sdo.tx_cobid, after_others)
+    assert [device.upload(*VENDOR), device.upload(*NAME)] == wanted and len(wanted[1]) > 4
+    assert device.upload_block(*NAME) == wanted[1]
+    device.download(0x1016, 4, bytes(4))
+    with pytest.raises(Refused, match="no such object"):
+        device.upload(0x1FFF)
+
+
+def test_a_write_without_answer_fails_and_a_late_answer_to_a_read_is_its_answer(device: Device) -> None:
+    """The node answers 50 ms after our time-out."""
     expected = device.upload(*VENDOR)
     take, waits = device.node.sdo.on_response, [True]
 
