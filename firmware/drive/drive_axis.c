@@ -154,14 +154,14 @@ static bool is_tracking(const drive_axis *axis, drive_action action) {
   return action == DRIVE_RUN && axis->motion.mode == DRIVE_TRACKING;
 }
 
-static drive_tracking tracking_after(drive_tracking before, const drive_axis_inputs *inputs, bool centred) {
+static drive_tracking tracking_after(drive_tracking before, const drive_axis_inputs *inputs, bool on_target) {
   if (inputs->target == NULL || !inputs->target->known) {
     return before == DRIVE_NOT_TRACKING || before == DRIVE_SEARCHING ? DRIVE_SEARCHING : DRIVE_TARGET_LOST;
   }
   if (inputs->target->frame_age_ticks > DRIVE_COASTS_AFTER) {
     return DRIVE_COASTING;
   }
-  return centred || before == DRIVE_ON_TARGET ? DRIVE_ON_TARGET : DRIVE_ACQUIRING;
+  return on_target ? DRIVE_ON_TARGET : DRIVE_ACQUIRING;
 }
 
 static void step_homing(drive_axis *axis, const drive_objects *objects, const drive_axis_inputs *inputs,
@@ -186,7 +186,7 @@ static void step_homing(drive_axis *axis, const drive_objects *objects, const dr
   axis->motion.homing_rad_s = axis->homing.target_rad_s;
 }
 
-/* 60F4 is the distance to the target then; no window of 6065 judges it. */
+/* 60F4 is the distance to the target then; no window of 6065 judges it. 6068 counts into the window and out of it. */
 static void step_tracking(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                           drive_action action, float dt_s) {
   drive_position_objects *position = &objects->position;
@@ -195,8 +195,10 @@ static void step_tracking(drive_axis *axis, drive_objects *objects, const drive_
     position->following_error = drive_position_from_rad(inputs->target->error_rad);
   }
   const bool near = follows && is_within(position->window, position->following_error);
-  const bool centred = dwell_timer_step(&axis->target_centred, near, position->window_ms, dt_s);
-  axis->tracking = is_tracking(axis, action) ? tracking_after(axis->tracking, inputs, centred) : DRIVE_NOT_TRACKING;
+  const bool was_on_target = axis->tracking == DRIVE_ON_TARGET;
+  const bool changes = dwell_timer_step(&axis->target_window, near != was_on_target, position->window_ms, dt_s);
+  const bool on_target = was_on_target != changes;
+  axis->tracking = is_tracking(axis, action) ? tracking_after(axis->tracking, inputs, on_target) : DRIVE_NOT_TRACKING;
 }
 
 static bool target_reached(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,

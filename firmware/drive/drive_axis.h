@@ -70,8 +70,8 @@ typedef struct {
   dwell_timer following_error;
   dwell_timer position_reached;
   dwell_timer velocity_reached;
-  dwell_timer target_centred;
-  drive_tracking tracking; /* how far tracking has got */
+  dwell_timer target_window; /* of tracking: entered, or left */
+  drive_tracking tracking;   /* how far tracking has got */
   drive_homing homing;
   dwell_timer moving;
   dwell_timer ramp_ended;
