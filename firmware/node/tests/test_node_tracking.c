@@ -153,6 +153,23 @@ static void test_a_target_outside_the_window_is_not_on_target(void) {
   TEST_ASSERT_EQUAL_HEX32(0x1400, get(0x6041, 0) & 0x1400);
 }
 
+/* 6007 = 3: the camera's frames are enough. Node 16 in 1016, every 200 ms at least: they are not. */
+static void test_a_lost_heartbeat_stops_an_axis_that_the_camera_leads(void) {
+  SET(0x6007, 0, 3);
+  world.rate_rad_s = 0.02;
+  enable(0, TRACKING);
+  follow_for(5000);
+  CHECK_NEAR("without another master, rad", world.azimuth_rad, joint_rad(0), 2e-6);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  SET(0x1016, 1, 16 << 16 | 200);
+  give(0x700 + 16, 1, (const uint8_t[]){5});
+  follow_for(150);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  follow_for(1000);
+  TEST_ASSERT_EQUAL_HEX32(STATE_FAULT, state_of(0) & 0x4F);
+  TEST_ASSERT_EQUAL_HEX32(0x8130, get(0x603F, 0) & 0xFFFF);
+}
+
 /* One estimate for both; the azimuth's own one takes over where the other left. */
 static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   world.rate_rad_s = 0.02;
@@ -429,6 +446,7 @@ int main(void) {
   RUN_TEST(test_mode_is_listed_and_frames_move_nothing_in_another_mode);
   RUN_TEST(test_both_axes_follow_the_target_of_the_frames);
   RUN_TEST(test_a_target_outside_the_window_is_not_on_target);
+  RUN_TEST(test_a_lost_heartbeat_stops_an_axis_that_the_camera_leads);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_the_rate_changes_by_the_profile_acceleration_at_most);
