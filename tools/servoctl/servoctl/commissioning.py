@@ -36,6 +36,9 @@ ENDS = {
 """2100:2 other than runs and done."""
 SWEPT_AWAY = (4, 5)
 """Left the travel, too fast."""
+STOPPED_BY_DRIVE = 7
+RAMP_S = 1.0
+"""An axis that another client disables is enabled until it stands."""
 RAMPS = ((0x6084, 0), (0x60A4, 1))
 """Deceleration and jerk of the drive, in 1e-6 rad/s^2 and 1e-6 rad/s^3."""
 JERK_TIME_S = 0.02
@@ -261,4 +264,7 @@ class Commissioning:
             time.sleep(4 * POLL_S)
         if state != DONE and not (kind == BREAK_AWAY and state in SWEPT_AWAY):
             self._monitor()  # an emergency or a fault has more information
+            if state == STOPPED_BY_DRIVE:
+                for _ in self._device.clock.every(POLL_S, RAMP_S):
+                    self._monitor()
             raise MotionError(f"{step} ended early: {ENDS.get(state, f'state {state}')}.")

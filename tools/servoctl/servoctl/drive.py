@@ -137,8 +137,10 @@ class Drive:
         if self.device.nmt_state() != "operational":
             self.device.set_nmt("operational")
         clock = self.device.clock
-        deadline = clock.now() + TRANSITION_TIMEOUT_S
+        last, deadline = "", 0.0
         while (state := self.state()) != power.ENABLED:
+            if state != last:
+                last, deadline = state, clock.now() + TRANSITION_TIMEOUT_S
             if state in (power.FAULT, "fault reaction active"):
                 raise MotionError(
                     f"{self.name} has a fault (603F = {self.error_code():04X}). 'servoctl faults' shows details;"
