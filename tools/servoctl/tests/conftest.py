@@ -1,9 +1,9 @@
 """A servo in a process of its own, and servoctl in others, as users run it.
 
 SERVOCTL_TEST_DEVICE selects the servo: `sim`, the simulator (sim_host serve), or `image`, the flashed image on the
-emulated board (emulate_board). The tests are the same. SIM_HOST, EMULATE_BOARD, TARGET_IMAGE, PARAMETERS_JSON,
-CANOPEN_TEST_NODE and PRINT_TEST_EDS name the built programs and files; without them those of build/host and
-build/stm32g474 are used. The folder for journals is a new one in every test.
+emulated board (emulate_board), with which those marked `image` run. SIM_HOST, EMULATE_BOARD, TARGET_IMAGE,
+PARAMETERS_JSON, CANOPEN_TEST_NODE and PRINT_TEST_EDS name the built programs and files; without them those of build/host
+and build/stm32g474 are used. The folder for journals is a new one in every test.
 """
 
 from __future__ import annotations
@@ -38,6 +38,8 @@ SERVERS = {"sim": [SIM_HOST, "serve"], "image": [EMULATE_BOARD, IMAGE]}
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 FAST = {"sim": "4", "image": "3"}[DEVICE] if DEVICE in SERVERS else ""
 """Times real time, for tests that need no set-points from the computer; the pace that one core can emulate."""
+REAL_TIME = {"sim": "1", "image": "0.5"}[DEVICE] if DEVICE in SERVERS else ""
+"""For tests that send set-points: cores that emulate boards have less time for the set-points."""
 PARAMETERS = Path(os.environ.get("PARAMETERS_JSON", str(BUILD / "share" / "trackservo" / "parameters.json")))
 TEST_NODE = os.environ.get("CANOPEN_TEST_NODE", str(BUILD / "bin" / "canopen_test_node"))
 PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_test_eds"))
@@ -46,7 +48,7 @@ PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_tes
 def pytest_configure(config: pytest.Config) -> None:
     """The marks of these tests."""
     config.addinivalue_line("markers", "real_time: the servo runs in real time, because the computer sends it set-points or frames")
-    config.addinivalue_line("markers", "any_device: it tries what lies between the user and the library, which see the same of every device")
+    config.addinivalue_line("markers", "image: at the image too: a row of each function of the client that talks to the node")
     config.addinivalue_line("markers", "smoke: one of the few tests that see the most, for the gate")
     config.addinivalue_line("markers", "smoke_image: of these, one for each client, for the gate with the image")
     if DEVICE not in SERVERS:
@@ -55,14 +57,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Function]) -> None:
-    """At the image: the tests that start it and are about it. All others see the same without it. With --dist loadgroup all
+    """At the image: those that are marked so; variants of a function see the same at the simulator. With --dist loadgroup all
     tests with a browser run one after the other: they share it, and its server."""
     for item in items:
         if "chromium" in item.fixturenames:
             item.add_marker(pytest.mark.xdist_group("browser"))
     if DEVICE != "image":
         return
-    chosen = [item for item in items if "serving" in item.fixturenames and not item.get_closest_marker("any_device")]
+    chosen = [item for item in items if item.get_closest_marker("image")]
     config.hook.pytest_deselected(items=[item for item in items if item not in chosen])
     items[:] = chosen
 
@@ -97,12 +99,12 @@ class Bench:
             "COLUMNS": "160",
         }
 
-    def command(self, *arguments: str) -> list[str]:
-        return [sys.executable, "-m", "servoctl", *arguments]
+    def command(self, *arguments: str, program: Sequence[str] = ("-m", "servoctl")) -> list[str]:
+        return [sys.executable, *program, *arguments]
 
-    def start(self, *arguments: str) -> subprocess.Popen[str]:
+    def start(self, *arguments: str, program: Sequence[str] = ("-m", "servoctl")) -> subprocess.Popen[str]:
         return subprocess.Popen(
-            self.command(*arguments), cwd=self.folder, env=self.environment, text=True,
+            self.command(*arguments, program=program), cwd=self.folder, env=self.environment, text=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         )  # fmt: skip
 
@@ -188,7 +190,7 @@ Serving = Callable[..., contextlib.AbstractContextManager[Served]]
 
 @pytest.fixture(scope="session")
 def serving() -> Serving:
-    """Starts servos. Every test with this fixture runs at the simulator and, unless it is marked any_device, at the image."""
+    """Starts servos."""
     return serve
 
 
@@ -209,7 +211,7 @@ def served_fast(serving: Serving) -> Iterator[Served]:
 @pytest.fixture(scope="session")
 def served_in_real_time(serving: Serving) -> Iterator[Served]:
     """Another one."""
-    yield from shared("1")
+    yield from shared(REAL_TIME)
 
 
 @pytest.fixture

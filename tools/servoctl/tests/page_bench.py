@@ -25,12 +25,14 @@ from servoctl.parameter import AXES
 
 from .conftest import Bench, Serving, bring_to_rest
 
-PATIENCE_S = 30.0
+PATIENCE_S = 90.0
+"""Only a failure takes so long."""
 POLL_S = 0.02
-STOP_S = 0.1
-"""From the event to the quick stop on the bus, on a computer that runs at once what has something to do."""
-HOPS = 5
-"""From the event to the listener: page, its socket, server, servo, listener."""
+STOP_S = 1.0
+"""From the event to the quick stop on the bus. An idle computer takes some ms, which are printed; a busy one is late. A stop
+that waits for the motion or for a silent page comes later."""
+PACE = "0.5"
+"""Times real time: a busy computer has twice the time for set-points, samples and heartbeats."""
 STANDSTILL_DEG_S = 0.1
 QUICK_STOPS = {0x201: "azimuth", 0x301: "pitch"}
 """RPDO1 and RPDO2 of node 1."""
@@ -43,8 +45,6 @@ class Listener:
     bus: can.BusABC
     stops: list[tuple[float, str]] = field(default_factory=list)
     frames: int = 0
-    late: list[tuple[float, float]] = field(default_factory=list)
-    """How late this computer ran a thread that was to run, s, with the time."""
     end: threading.Event = field(default_factory=threading.Event)
 
     def run(self) -> None:
@@ -57,19 +57,9 @@ class Listener:
             if axis and bytes(message.data[:2]) == b"\x02\x00":
                 self.stops.append((time.time(), axis))
 
-    def measure_lateness(self) -> None:
-        while not self.end.is_set():
-            begun = time.time()
-            time.sleep(POLL_S)
-            self.late.append((time.time(), time.time() - begun - POLL_S))
-
-    def allowed_s(self, when_s: float) -> float:
-        """Time until the quick stop of an event. Each hop may be as late as this computer was meanwhile."""
-        return STOP_S + HOPS * max(late for at, late in self.late if at >= when_s)
-
     def first_after(self, when_s: float) -> float:
         """Time until both axes had their quick stop, s."""
-        end = time.monotonic() + 5.0
+        end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             axes = {axis: seen for seen, axis in reversed(self.stops) if seen >= when_s - 0.001}
             if len(axes) == len(AXES):
@@ -80,9 +70,9 @@ class Listener:
 
 @pytest.fixture(scope="module")
 def bench(serving: Serving, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
-    """At a servo of the module in real time, in one folder: commands and the page's server take turns on the SDO channel by
+    """At a servo of the module, in one folder: commands and the page's server take turns on the SDO channel by
     its locks."""
-    with serving() as served:
+    with serving(PACE) as served:
         yield Bench(served.address, tmp_path_factory.mktemp("page"))
     assert served.process.returncode == 0
 
@@ -98,13 +88,11 @@ def servo(bench: Bench) -> Bench:
 def listening(bus: str) -> Iterator[Listener]:
     """Within a `with` block."""
     found = Listener(open_bus(parse_bus(bus)))
-    threads = [threading.Thread(target=loop) for loop in (found.run, found.measure_lateness)]
-    for thread in threads:
-        thread.start()
+    thread = threading.Thread(target=found.run)
+    thread.start()
     yield found
     found.end.set()
-    for thread in threads:
-        thread.join()
+    thread.join()
     found.bus.shutdown()
 
 
@@ -123,13 +111,19 @@ class Server:
     link: str
 
 
+PATIENT = ("-c", "import sys; from servoctl import cli; from servoctl.ui import engine\n"
+                 "engine.COMMANDER_SILENT_S = engine.JOG_SILENT_S = 60.0; sys.exit(cli.main(sys.argv[1:]))")  # fmt: skip
+"""servoctl, whose page may be silent for longer than a busy computer keeps a browser waiting: test_page_orders.py tries pages
+that are silent. So no stop of these tests comes from silence."""
+
+
 @contextmanager
 def running(servo: Bench, *options: str) -> Iterator[Server]:
     """Started with the node operational, and ended with SIGTERM unless it was killed."""
     if "--demo" not in options:
         with open_bus(parse_bus(servo.bus)) as bus:
             bus.send(can.Message(arbitration_id=0, data=[0x01, 1], is_extended_id=False))
-    process = servo.start("ui", "--no-browser", "--port", "0", "--json", *options)
+    process = servo.start("ui", "--no-browser", "--port", "0", "--json", *options, program=PATIENT)
     assert process.stdout is not None and process.stderr is not None
     text = ""
     while "}" not in text:
@@ -240,12 +234,9 @@ def command_and_enable(page: Page, axis: str = "azimuth") -> None:
 
 
 def enable(page: Page, axis: str = "azimuth") -> None:
-    """By the button; again, if an overloaded computer keeps the page silent meanwhile."""
-    before = len(stops_shown(page))
-    state = card(page, axis).locator(".state")
+    """By the button."""
     press(card(page, axis).get_by_role("button", name="Enable"))
-    wait_for(lambda: "operation enabled" in (state.text_content() or "") or len(stops_shown(page)) > before, "enabled")
-    enable_again(page, before, axis)
+    wait_for_state(page, "operation enabled", axis)
 
 
 def wait_for_state(page: Page, state: str, axis: str = "azimuth") -> None:
@@ -270,43 +261,12 @@ def standing(servo: Bench, axis: str = "azimuth") -> dict[str, Any]:
 
 
 def jog(page: Page, axis: str = "azimuth") -> None:
-    """Holds the button with the mouse until the axis moves. On an overloaded computer the page may be silent for too long,
-    which ends the jog, or disables the axis: then it is begun again."""
+    """Holds the button with the mouse until the axis moves."""
     plus = card(page, axis).locator(".plus")
     wait_for(plus.is_enabled, "the axis can be jogged")
-    before = len(stops_shown(page))
-
-    def moves() -> bool:
-        nonlocal before
-        if abs(rate(page, axis)) > 1.0:
-            return True
-        if len(stops_shown(page)) > before:
-            page.mouse.up()
-            enable_again(page, before, axis)
-            before = len(stops_shown(page))
-        if not plus.evaluate("button => button.classList.contains('active')"):
-            page.mouse.up()
-            plus.hover()
-            page.mouse.down()
-        return False
-
-    wait_for(moves, "the axis jogs")
-
-
-def stops_shown(page: Page) -> list[str]:
-    """Events about stops, newest first."""
-    return page.locator("#events li", has_text="stop:").all_text_contents()
-
-
-def enable_again(page: Page, before: int, axis: str = "azimuth") -> None:
-    """After stops, of which there were `before`, because an overloaded computer kept the commanding page silent. A stop for
-    any other reason fails."""
-    stops = stops_shown(page)
-    new = stops[: len(stops) - before]
-    assert all("silent" in stop for stop in new), new
-    if new:
-        wait_for_state(page, "switch on disabled", axis)
-        enable(page, axis)
+    plus.hover()
+    page.mouse.down()
+    wait_for(lambda: abs(rate(page)) > 1.0, "the axis jogs")
 
 
 def remember(page: Page, event: str) -> None:
@@ -323,12 +283,10 @@ def seen(page: Page) -> float:
 def check_stopped(servo: Bench, what: str, listener: Listener, when_s: float) -> None:
     """At rest by 6085, then off; the time from the event to the bus."""
     delay_s = listener.first_after(when_s)
-    time.sleep(2 * POLL_S)  # the computer's lateness of this time is known as well
-    allowed_s = listener.allowed_s(when_s)
-    print(f"{what}: quick stop on the bus after {1e3 * delay_s:.0f} ms (at most {1e3 * allowed_s:.0f} ms required)")
+    print(f"{what}: quick stop on the bus after {1e3 * delay_s:.0f} ms")
+    assert delay_s < STOP_S
     wait_for(lambda: standing(servo)["state"] == "switch on disabled", "off")
     assert abs(standing(servo)["rate_deg_s"]) < STANDSTILL_DEG_S
-    assert delay_s <= allowed_s
 
 
 class Link:

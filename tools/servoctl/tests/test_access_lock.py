@@ -127,12 +127,14 @@ def owned(servo: Bench) -> Iterator[Bench]:
     assert servo.json("lock", "set-word", "--remove")["has_word"] is False
 
 
+@pytest.mark.image
 def test_the_lock_is_opened_and_closed_by_hand(servo: Bench) -> None:
     assert servo.json("lock", "status") == {"open_s": 0, "has_word": False, "delay_s": 0}
     assert 55 <= servo.json("lock", "open")["open_s"] <= 60
     assert servo.json("lock", "close")["open_s"] == 0
 
 
+@pytest.mark.image
 def test_with_an_owners_word_guarded_values_need_it(owned: Bench) -> None:
     limit = owned.value(LIMIT)
     assert owned.json("lock", "status")["has_word"] is True

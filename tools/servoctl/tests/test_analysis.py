@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from servoctl.braking import Real, analyse_stop, sure_deceleration
 from servoctl.errors import MotionError
 from servoctl.frequency_response import bandwidth_hz, design_multisine, estimate, margins
 from servoctl.loop_model import SpeedLoopGains, open_loop
+from servoctl.loop_test import MeasuredLoop
 from servoctl.step_response import analyse_step
 from servoctl.units import TICK_S
 
@@ -92,6 +95,25 @@ def simulate_firmware(reference: np.ndarray, g: SpeedLoopGains) -> tuple[np.ndar
         rates[k], torques[k] = rate, torque
         rate += TICK_S / INERTIA * torque
     return rates, torques
+
+
+def measure_simulated(gains: SpeedLoopGains) -> MeasuredLoop:
+    """As the axis is measured."""
+    sine = design_multisine(2.0, 200.0, 40)
+    reference = 0.01 * sine.at(np.arange(0, 6 * sine.period_s, TICK_S))
+    closed = estimate(reference[2000:-1], simulate_firmware(reference, gains)[0][2000:-1], TICK_S, sine)
+    loop = open_loop(gains, closed.frequency_hz, closed.value)
+    all_lines = np.ones(len(loop), dtype=np.bool_)
+    return MeasuredLoop(closed, loop, all_lines, all_lines, margins(closed.frequency_hz, loop), None, gains, 0)
+
+
+def test_the_loop_with_other_gains_is_the_one_that_is_then_measured() -> None:
+    """As the page and `tune` predict it."""
+    softer = replace(GAINS, proportional=0.8 * GAINS.proportional)
+    first, then = measure_simulated(GAINS), measure_simulated(softer)
+    assert first.margins.phase_margin_deg != pytest.approx(then.margins.phase_margin_deg, abs=1.0)
+    predicted = margins(first.closed.frequency_hz, first.loop_with(softer))
+    assert predicted.phase_margin_deg == pytest.approx(then.margins.phase_margin_deg, abs=0.5)
 
 
 @pytest.mark.parametrize("observer_on", [True, False])

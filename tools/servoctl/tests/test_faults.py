@@ -87,6 +87,7 @@ def lagging(servo: Bench, eventually: Eventually) -> Iterator[Bench]:
     servo.json("state", "pitch", "reset")
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 def test_a_fault_is_shown_with_time_signals_cause_and_cure(lagging: Bench) -> None:
     found = lagging.json("faults", "--csv", "before")

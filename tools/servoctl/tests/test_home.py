@@ -25,6 +25,7 @@ def lost(serving: Serving, tmp_path: Path, eventually: Eventually) -> Iterator[B
         yield bench
 
 
+@pytest.mark.image
 def test_motion_finds_the_turn(lost: Bench) -> None:
     plan = lost.json("home", "azimuth", "--up", "--dry-run")["plan"]
     assert plan["possible_deg"] == pytest.approx([0.0, 360.0], abs=2.0)

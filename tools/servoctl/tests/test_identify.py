@@ -73,6 +73,7 @@ def wait_for_experiment(bench: Bench, process: subprocess.Popen[str], eventually
     assert process.poll() is None, process.communicate()
 
 
+@pytest.mark.image
 def test_one_command_finds_the_axis_and_leaves_it_as_it_was(own_machine: tuple[Bench, Served]) -> None:
     machine, served = own_machine
     before, gains = values(machine, BORROWED), machine.json("get")
@@ -138,6 +139,7 @@ def test_a_dry_run_moves_nothing_and_leaves_no_file(machine: Bench) -> None:
     assert not list(machine.folder.glob("identify-*"))
 
 
+@pytest.mark.image
 def test_an_interrupt_ends_the_experiment_and_puts_all_back(machine: Bench, eventually: Eventually) -> None:
     before, gains = values(machine, BORROWED), machine.json("get")
     machine.environment["SHORT_FAULT"] = "long"
@@ -278,6 +280,7 @@ TUNE = (
 )  # fmt: skip
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 @pytest.mark.real_time
 def test_gains_whose_margins_hold_stay_and_undo_takes_them_back(tunable: Bench) -> None:

@@ -54,6 +54,7 @@ def test_a_transfer_after_an_interrupted_one_gets_its_own_answer(
     assert [device.upload(*VENDOR) for _ in range(20)] == [expected] * 20
 
 
+@pytest.mark.image
 def test_an_answer_to_another_request_is_not_taken(device: Device) -> None:
     """Before each answer come those to others: late ones, or to another servoctl. Whole, in segments, as a block, refused."""
     take = device.node.sdo.on_response

@@ -15,7 +15,6 @@ BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FEWEST = 6
 
 
-@pytest.mark.any_device
 @pytest.mark.real_time
 def test_the_examples_of_the_library_run(servo: Bench) -> None:
     blocks = BLOCK.findall((PACKAGE / "LIBRARY.md").read_text(encoding="utf-8"))

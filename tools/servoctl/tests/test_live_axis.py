@@ -66,6 +66,7 @@ def shows_a_rate(line: dict[str, Any]) -> bool:
     return any(shown["rate_deg_s"] is not None for shown in line["axes"])
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 def test_move_arrives_and_leaves_the_axis_as_it_was(servo: Bench) -> None:
     before = borrowed(servo)
@@ -110,6 +111,7 @@ def test_a_move_beyond_the_position_limits_is_refused_with_the_limits(servo: Ben
     assert result.code == 2 and "607D" in result.err
 
 
+@pytest.mark.image
 @pytest.mark.smoke_image
 @pytest.mark.smoke
 @pytest.mark.real_time
@@ -127,6 +129,7 @@ def test_step_reports_rise_overshoot_and_settling(servo: Bench) -> None:
     assert axis(servo)["state"] == "switch on disabled" and borrowed(servo) == before
 
 
+@pytest.mark.image
 def test_braking_measures_torque_and_friction_over_inertia_and_writes_the_safe_part(servo: Bench) -> None:
     """Azimuth with pitch level: 6 kg m² and 40 N m are 6.7 rad/s²; friction and wind give 1 to 4 more or less."""
     servo.json("state", "pitch", "enable")
@@ -148,6 +151,7 @@ def test_braking_measures_torque_and_friction_over_inertia_and_writes_the_safe_p
     assert servo.value("azimuth.protection.sure_deceleration") == pytest.approx(found["before_rad_s2"], rel=1e-6)
 
 
+@pytest.mark.image
 @pytest.mark.real_time
 def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_listens(
     servo: Bench, eventually: Eventually
@@ -182,7 +186,7 @@ def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_list
 
 
 @pytest.mark.real_time
-@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
+@pytest.mark.parametrize("number, code", [pytest.param(signal.SIGINT, 130, marks=pytest.mark.image), (signal.SIGTERM, 130)])
 def test_interrupting_stops_the_axis_and_puts_all_back(
     servo: Bench, number: int, code: int, eventually: Eventually
 ) -> None:
@@ -196,6 +200,7 @@ def test_interrupting_stops_the_axis_and_puts_all_back(
     assert borrowed(servo) == before
 
 
+@pytest.mark.image
 @pytest.mark.real_time
 def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, eventually: Eventually) -> None:
     before = borrowed(servo)
@@ -216,6 +221,7 @@ def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, event
     assert after[:-2] == before[:-2]  # mode and interpolation period stay as the killed one left them
 
 
+@pytest.mark.image
 def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench, eventually: Eventually) -> None:
     scope = servo.start(
         "scope", "azimuth.reference", "azimuth.torque_nm", "--trigger", "above", "--level", "0.015", "--pre", "0.1",
@@ -240,6 +246,7 @@ WAITS_FOR_TRIGGER = 2
 AT_RATE = [pytest.approx(17453, rel=0.05), pytest.approx(-17453, rel=0.05)]
 
 
+@pytest.mark.image
 def test_python_canopens_own_drive_and_ours_at_the_offset_run_side_by_side(servo: Bench, eventually: Eventually) -> None:
     dictionary = load_schema(PARAMETERS).object_dictionary()
     network = canopen.Network(bus=open_bus(parse_bus(servo.bus)))

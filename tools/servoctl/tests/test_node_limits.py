@@ -113,6 +113,7 @@ def test_without_any_limit_of_the_travel_identify_asks_for_one(servo: Bench, sti
         assert servo("identify", "--axis", "azimuth", "--travel-deg", str(still - 20), str(still + 20), "--dry-run").code == 0
 
 
+@pytest.mark.image
 def test_an_axis_beyond_a_limit_may_come_back(servo: Bench, still: float) -> None:
     with limited(servo, *hard(still - 30, still - 1)):
         assert servo("move", "azimuth", "--by", "0.5", "--yes").code == 2

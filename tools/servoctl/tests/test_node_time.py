@@ -106,7 +106,7 @@ def slow(serving: Serving) -> Iterator[str]:
         yield served.address
 
 
-@pytest.mark.parametrize("pace", ["slow", "served"])
+@pytest.mark.parametrize("pace", ["slow", pytest.param("served", marks=pytest.mark.image)])
 def test_a_motion_lasts_as_long_as_commanded_by_the_nodes_clock(
     request: pytest.FixtureRequest, serving: Serving, tmp_path: Path, pace: str
 ) -> None:

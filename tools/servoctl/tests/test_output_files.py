@@ -140,7 +140,6 @@ def test_measurements_of_the_same_second_get_names_of_their_own(tmp_path: Path) 
     assert unused(tmp_path / "a.v2.png", ".csv").name == "a.v2-2.png"
 
 
-@pytest.mark.any_device
 def test_save_and_log_replace_a_file_when_asked(servo: Bench) -> None:
     servo.json("save", "x.toml")
     text = (servo.folder / "x.toml").read_text().replace("# Gains,", "# My gains,", 1)

@@ -79,7 +79,6 @@ def test_what_needs_no_device_works_from_the_wheel_in_any_folder(environment: Pa
     assert "faults" in servoctl("--help")
 
 
-@pytest.mark.any_device
 @pytest.mark.real_time
 def test_the_wheel_knows_the_device_without_a_build_around(environment: Path, served: str, tmp_path: Path) -> None:
     servoctl = Installed(tmp_path, environment, served)

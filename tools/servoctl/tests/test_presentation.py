@@ -23,7 +23,6 @@ from servoctl.units import Shown
 from .conftest import Bench
 from .test_faults import lagging  # noqa: F401 - a fixture
 
-pytestmark = pytest.mark.any_device
 GAIN = "azimuth.speed_loop.proportional_gain"
 WIDTH = 80
 

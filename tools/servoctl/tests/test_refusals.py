@@ -15,7 +15,6 @@ from servoctl.limits import Limits, Plan
 
 from .conftest import PARAMETERS, Bench
 
-pytestmark = pytest.mark.any_device
 GAIN = "azimuth.speed_loop.proportional_gain"
 RUN = ("move", "azimuth", "--rate", "1", "--for", "1", "--yes")
 

@@ -13,11 +13,13 @@ GAIN = "azimuth.speed_loop.proportional_gain"
 COULOMB = "azimuth.friction_feedforward.coulomb_torque_positive"
 
 
+@pytest.mark.image
 def test_scan_finds_the_node_with_both_axes(servo: Bench) -> None:
     found = servo.json("scan")
     assert [(f["node"], f["name"], f["axes"]) for f in found] == [(1, "trackservo", ["azimuth", "pitch"])]
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 def test_info_reports_that_the_schema_fits(servo: Bench) -> None:
     data = servo.json("info")
@@ -31,6 +33,7 @@ def test_get_by_name_by_ending_and_by_index_agree(servo: Bench) -> None:
     assert servo.json("get", "0x2000:1")[0]["value"] == value
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 def test_set_is_in_force_at_once_and_undo_takes_it_back(servo: Bench) -> None:
     before = servo.value(GAIN)
@@ -70,6 +73,7 @@ def test_nothing_changes_when_the_journal_cannot_be_written(servo: Bench, tmp_pa
     assert servo.value(GAIN) == before
 
 
+@pytest.mark.image
 def test_the_devices_own_undo_works_and_is_journalled(servo: Bench) -> None:
     before = servo.value(GAIN)
     servo.json("set", GAIN, str(before + 3))
@@ -108,6 +112,7 @@ def test_bad_input_changes_nothing_and_exits_with_2(servo: Bench, words: tuple[s
     assert servo.value(GAIN) == before
 
 
+@pytest.mark.image
 def test_staged_values_wait_until_they_are_applied(servo: Bench) -> None:
     before = servo.value(GAIN)
     crc = servo.json("info")["axes"][0]["active_crc"]
@@ -122,6 +127,7 @@ def test_staged_values_wait_until_they_are_applied(servo: Bench) -> None:
     assert servo.value(GAIN) == before
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 def test_save_diff_restore_go_round(servo: Bench) -> None:
     servo.json("save", "gains.toml")
@@ -157,6 +163,7 @@ def test_a_gains_file_that_contradicts_itself_changes_nothing(servo: Bench) -> N
     assert servo.json("get") == before
 
 
+@pytest.mark.image
 def test_store_writes_a_backup_before_and_reads_the_crc_back(servo: Bench) -> None:
     before = servo.value(GAIN)
     servo.json("set", GAIN, "701")
@@ -239,6 +246,7 @@ def test_a_trigger_that_does_not_come_is_forced_with_auto(servo: Bench) -> None:
     assert found["triggered"] and found["frames"] == 300
 
 
+@pytest.mark.image
 @pytest.mark.real_time
 def test_several_at_once_take_turns_at_the_nodes_one_sdo_server(servo: Bench) -> None:
     reading = [
@@ -255,6 +263,7 @@ def test_several_at_once_take_turns_at_the_nodes_one_sdo_server(servo: Bench) ->
     assert min(rows) > 20 and min(rows) > max(rows) / 3, rows
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 @pytest.mark.real_time
 def test_log_reads_at_the_rate_that_was_requested(servo: Bench) -> None:

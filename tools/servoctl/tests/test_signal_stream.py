@@ -114,6 +114,7 @@ def test_the_signals_are_what_their_names_say(servo: Bench) -> None:
             assert abs(np.mean(column[f"{name} joint rate"])) < 0.1
 
 
+@pytest.mark.image
 def test_the_frames_of_an_axis_in_motion_agree(servo: Bench) -> None:
     """Joint rate, rate and the change of the angle are the same motion."""
     with Device(parse_bus(servo.bus), 1) as device:
@@ -199,6 +200,7 @@ def test_a_sample_of_four_frames_of_which_one_is_lost_is_missing_whole() -> None
 # --- identifiers --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.image
 def test_a_masters_tpdo5_is_given_back_and_that_of_a_killed_program_is_switched_off(servo: Bench) -> None:
     with Device(parse_bus(servo.bus), 1) as device:
         off = objects(device, FURTHER)

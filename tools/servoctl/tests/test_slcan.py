@@ -194,7 +194,6 @@ class Translator:
         self._servo.close()
 
 
-@pytest.mark.any_device
 def test_servoctl_works_at_a_serial_adapter_that_ends_its_lines_with_cr_lf(servo: Bench) -> None:
     ours, theirs = os.openpty()
     tty.setraw(theirs)
@@ -207,7 +206,6 @@ def test_servoctl_works_at_a_serial_adapter_that_ends_its_lines_with_cr_lf(servo
         os.close(ours)
 
 
-@pytest.mark.any_device
 def test_servoctl_works_over_tcp_with_cr_lf(servo: Bench) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         translators: list[Translator] = []

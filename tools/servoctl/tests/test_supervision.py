@@ -94,6 +94,7 @@ def test_a_node_that_missed_our_heartbeat_is_started_again_unless_it_monitors_ot
         assert device.nmt_state() == expected
 
 
+@pytest.mark.image
 def test_motions_side_by_side_have_entries_of_their_own_and_the_last_one_puts_nmt_back(
     unwatched: Bench, eventually: Eventually
 ) -> None:

@@ -41,6 +41,7 @@ def states(servo: Bench) -> list[str]:
     return [axis["state"] for axis in servo.json("state")["axes"]]
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 def test_a_still_target_is_acquired_from_the_cue_and_held(servo: Bench) -> None:
     """The frames hold the encoders' angles, so the error is that of the loops: a few µrad in wind."""

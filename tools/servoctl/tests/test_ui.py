@@ -18,7 +18,6 @@ from .page_bench import (
     card,
     check_stopped,
     command_and_enable,
-    enable_again,
     jog,
     listener,
     opened,
@@ -29,7 +28,6 @@ from .page_bench import (
     server,
     servo,
     standing,
-    stops_shown,
     take_command,
     wait_for,
     wait_for_state,
@@ -40,6 +38,7 @@ __all__ = ["bench", "browser", "listener", "server", "servo"]
 GAIN = "azimuth.speed_loop.proportional_gain"
 
 
+@pytest.mark.image
 @pytest.mark.smoke
 def test_open_enable_jog_change_a_gain_undo_and_disable(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
@@ -91,17 +90,10 @@ def move_and_swing(servo: Bench, page: Page) -> None:
 def swing(page: Page, angle_deg: str) -> None:
     """Azimuth moves back and forth."""
     azimuth = card(page, "azimuth")
-    before = len(stops_shown(page))
-    for _ in range(3):
-        azimuth.locator(".move-angle").fill(angle_deg)
-        press(azimuth.get_by_role("button", name="Back and forth by this angle"))
-        press(page.get_by_role("button", name="Move", exact=True))
-        wait_for(lambda: rate(page) > 4.0 or len(stops_shown(page)) > before, "moves back and forth")
-        if rate(page) > 4.0:
-            return
-        enable_again(page, before)
-        before = len(stops_shown(page))
-    raise AssertionError("the page was silent three times")
+    azimuth.locator(".move-angle").fill(angle_deg)
+    press(azimuth.get_by_role("button", name="Back and forth by this angle"))
+    press(page.get_by_role("button", name="Move", exact=True))
+    wait_for(lambda: rate(page) > 4.0, "moves back and forth")
 
 
 def measure_step(page: Page) -> None:
@@ -113,7 +105,6 @@ def measure_step(page: Page) -> None:
     press(page.get_by_role("button", name="Move", exact=True))
 
 
-@pytest.mark.any_device
 def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server, browser: Browser) -> None:
     """A held Enter opens the plan and does not confirm it; an empty field is not 0, and 12,5 is not 125."""
     with opened(browser, server) as page:
@@ -143,7 +134,6 @@ def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server
 HELD_KEYS = 20
 
 
-@pytest.mark.any_device
 def test_steps_before_and_after_are_shown_together(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         take_command(page)
@@ -159,6 +149,7 @@ def test_steps_before_and_after_are_shown_together(servo: Bench, server: Server,
 
 
 def test_a_reference_shape_is_run_and_shown(servo: Bench, server: Server, browser: Browser) -> None:
+    servo.json("state", "azimuth", "enable")  # otherwise wind would turn it
     with opened(browser, server) as page:
         take_command(page)
         page.get_by_role("tab", name="Step").click()
@@ -170,12 +161,12 @@ def test_a_reference_shape_is_run_and_shown(servo: Bench, server: Server, browse
         press(page.get_by_role("button", name="Move", exact=True))
         wait_for_text(page.locator("#shape-note"), "done; error of the rate")
         assert float((page.locator("#shape-note").text_content() or "").split()[5]) < 0.3  # °/s rms, of 2.2
-        assert abs(standing(servo)["position_deg"] - here) < 0.1 and standing(servo)["state"] == "switch on disabled"
+        assert abs(standing(servo)["position_deg"] - here) < 0.1 and standing(servo)["state"] == "operation enabled"
         assert page.locator("#step-plot canvas").count() == 1
 
 
 @pytest.mark.parametrize(
-    "how", ["button", pytest.param("Esc", marks=(pytest.mark.smoke, pytest.mark.smoke_image)), "closed page"]
+    "how", ["button", pytest.param("Esc", marks=(pytest.mark.smoke, pytest.mark.image, pytest.mark.smoke_image)), "closed page"]
 )
 def test_a_jog_is_stopped(servo: Bench, server: Server, browser: Browser, listener: Listener, how: str) -> None:
     with opened(browser, server) as page:
@@ -202,7 +193,6 @@ def test_a_jog_is_stopped(servo: Bench, server: Server, browser: Browser, listen
         check_stopped(servo, how, listener, began)
 
 
-@pytest.mark.any_device
 def test_the_plots_are_zoomed_with_the_keyboard(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 500")), "samples")
@@ -222,13 +212,11 @@ def test_the_plots_are_zoomed_with_the_keyboard(servo: Bench, server: Server, br
 SHOWN = "trackservo.plots.shown()"
 
 
-@pytest.mark.any_device
 def test_a_viewers_page_stops_nothing_but_its_button_does(
     servo: Bench, server: Server, browser: Browser, listener: Listener
 ) -> None:
     with opened(browser, server) as page, opened(browser, server) as viewer:
         command_and_enable(page)
-        before = len(stops_shown(page))
         wait_for_text(viewer.locator("#who"), "commands since")
         press(viewer.get_by_role("button", name="Take command"))
         wait_for_text(viewer.locator("#toast"), "ask there to release it")
@@ -236,14 +224,12 @@ def test_a_viewers_page_stops_nothing_but_its_button_does(
         viewer.reload()
         wait_for_text(viewer.locator("#who"), "commands since")
         wait_for(lambda: viewer.evaluate("trackservo.plots.frames") > 3, "the viewer's plots are drawn")
-        enable_again(page, before)
         listener.stops.clear()
         remember(viewer, "click")
         viewer.locator("#stop").click()
         check_stopped(servo, "a viewer's button", listener, seen(viewer))
 
 
-@pytest.mark.any_device
 def test_a_jog_ends_when_its_tab_is_hidden(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         command_and_enable(page)
@@ -277,7 +263,7 @@ def margins(page: Page) -> dict[str, tuple[float, float]]:
 def test_bode_plots_before_and_after_a_change_of_gain_are_shown_together(
     servo: Bench, server: Server, browser: Browser
 ) -> None:
-    """The prediction with the new gain agrees with what is then measured."""
+    """Beside them the prediction with the new gain; test_analysis.py compares it with what is then measured."""
     with opened(browser, server) as page:
         take_command(page)
         measure_bode(page)
@@ -288,18 +274,12 @@ def test_bode_plots_before_and_after_a_change_of_gain_are_shown_together(
         page.locator(f"#gains tr[data-name='{GAIN}'] input").fill(str(round(0.8 * before, 2)))
         press(page.get_by_role("button", name="Apply", exact=True))
         wait_for(lambda: "present gains" in margins(page), "the prediction")
-        predicted = margins(page)["present gains"]
-        assert predicted[0] != pytest.approx(first["measured"][0], abs=1.0)
+        assert margins(page)["present gains"] != first["measured"]
         measure_bode(page)
         after = margins(page)
-        print(f"phase margin {first['measured'][0]}°; with 80 % of the gain: predicted {predicted[0]}°, measured {after['measured'][0]}°")
-        assert after["before"] == first["measured"]
-        assert after["measured"][0] == pytest.approx(predicted[0], abs=MARGIN_TOLERANCE_DEG)
+        assert after["before"] == first["measured"] and after["measured"] != first["measured"]
         assert page.locator("#bode-plot canvas").count() == 3
         page.get_by_role("tab", name="Gains").click()
         press(page.get_by_role("button", name="Undo last change"))
         wait_for(lambda: bool(servo.value(GAIN) == before), "undone")
         assert standing(servo)["state"] == "switch on disabled"
-
-
-MARGIN_TOLERANCE_DEG = 3.0

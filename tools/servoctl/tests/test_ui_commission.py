@@ -64,6 +64,7 @@ def folder_of(bench: Bench) -> Path:
     return next((bench.folder / "state" / "commissioning").glob("identify-azimuth-*"))
 
 
+@pytest.mark.image
 def test_an_axis_is_identified_and_tuned_in_steps_that_can_be_left(
     servo: Bench, server: Server, browser: Browser, listener: Listener
 ) -> None:

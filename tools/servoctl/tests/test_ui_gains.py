@@ -22,7 +22,6 @@ from .page_bench import (
 )
 
 __all__ = ["bench", "browser", "server", "servo"]
-pytestmark = pytest.mark.any_device
 GAIN = "azimuth.speed_loop.proportional_gain"
 GUARDED = "azimuth.protection.over_speed_limit"
 

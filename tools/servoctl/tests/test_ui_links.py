@@ -37,6 +37,7 @@ __all__ = ["bench", "browser", "servo"]
 SUPERVISED_S = 1.0
 
 
+@pytest.mark.image
 def test_the_device_stops_by_itself_when_the_server_is_killed(servo: Bench, browser: Browser) -> None:
     """A fault of the lost heartbeat follows; the page resets it when a new server is there."""
     with running(servo) as server, opened(browser, server) as page:
@@ -98,7 +99,6 @@ def test_a_lost_link_is_shown_as_a_gap_and_nothing_moves_when_it_is_found(servo:
         assert abs(rate(page)) < STANDSTILL_DEG_S
 
 
-@pytest.mark.any_device
 def test_a_link_that_is_lost_for_a_moment_stops_the_axis_and_the_samples_go_on(servo: Bench, browser: Browser) -> None:
     """Found before the node misses the heartbeat: then the axis still moves, and the node is pre-operational only later."""
     with closing(Link(servo.bus)) as link, running(servo, "--bus", link.bus) as server, opened(browser, server) as page:
@@ -120,7 +120,6 @@ def events(page: Page) -> list[str]:
     return page.locator("#events li").all_text_contents()
 
 
-@pytest.mark.any_device
 def test_a_link_that_is_lost_and_found_again_and_again_moves_nothing(servo: Bench, browser: Browser) -> None:
     """The plot goes on by itself each time, with a gap."""
     with closing(Link(servo.bus)) as link, running(servo, "--bus", link.bus) as server, opened(browser, server) as page:
@@ -154,7 +153,6 @@ LONGEST_GAP = """(h => { const t = [...h.time.subarray(0, h.count)];
                          return Math.max(...t.slice(1).map((x, i) => x - t[i])); })(trackservo.plots.history)"""
 
 
-@pytest.mark.any_device
 def test_one_clear_sentence_without_a_bus_and_for_a_wrong_node(servo: Bench, browser: Browser) -> None:
     for options, sentence in (
         (("--bus", "slcan-tcp:127.0.0.1:9"), "connection refused"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import resource
 from pathlib import Path
 
-import pytest
 import numpy as np
 from playwright.sync_api import Browser, Page
 
@@ -29,7 +28,6 @@ from .page_bench import (
 )
 
 __all__ = ["bench", "browser", "server", "servo"]
-pytestmark = pytest.mark.any_device
 RECORDED_S = 2
 
 

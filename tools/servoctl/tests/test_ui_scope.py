@@ -30,6 +30,7 @@ LEVEL_DEG_S = 1.0
 PRE_S, SECONDS = 0.2, 0.8
 
 
+@pytest.mark.image
 def test_a_jog_triggers_the_scope_and_the_capture_is_shown(
     servo: Bench, server: Server, browser: Browser, tmp_path: Path
 ) -> None:
@@ -59,7 +60,6 @@ def test_a_jog_triggers_the_scope_and_the_capture_is_shown(
         assert np.max(np.abs(torque)) > 0.0
 
 
-@pytest.mark.any_device
 def test_a_forced_trigger_and_a_wrong_request(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         take_command(page)

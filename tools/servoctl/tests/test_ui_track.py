@@ -63,6 +63,7 @@ def tracking(page: Page, axis: int) -> list[str]:
     return page.locator("#track-table tbody tr").nth(axis).locator("td").all_text_contents()
 
 
+@pytest.mark.image
 def test_a_target_is_cued_followed_lost_and_left(servo: Bench, server: Server, browser: Browser) -> None:
     with StillTarget(servo.bus, CAMERA, *PLACE, LIVE_ANGLES_ID) as target, opened(browser, server) as page:
         before = servo.json("get", *MAPPING)
@@ -89,7 +90,6 @@ def test_a_target_is_cued_followed_lost_and_left(servo: Bench, server: Server, b
         wait_for(lambda: bool(servo.json("get", *MAPPING) == before), "the mapping of RPDO4 is restored")
 
 
-@pytest.mark.any_device
 def test_without_a_camera_the_axes_stay_and_the_page_says_why(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         command_and_enable(page)
