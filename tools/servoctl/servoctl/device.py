@@ -72,7 +72,6 @@ ABORTS: dict[int, str] = {
 }
 """SDO abort codes of CiA 301, table 22, as reasons."""
 
-_NO_OBJECT = (0x06020000, 0x06090011)
 DEVICE_STATE = 0x08000022
 
 

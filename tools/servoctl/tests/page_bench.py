@@ -266,7 +266,7 @@ def jog(page: Page, axis: str = "azimuth") -> None:
     wait_for(plus.is_enabled, "the axis can be jogged")
     plus.hover()
     page.mouse.down()
-    wait_for(lambda: abs(rate(page)) > 1.0, "the axis jogs")
+    wait_for(lambda: abs(rate(page, axis)) > 1.0, "the axis jogs")
 
 
 def remember(page: Page, event: str) -> None:
