@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-import resource
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -31,44 +31,33 @@ def plant_with_friction(folder: Path, factor: float) -> Path:
     return file
 
 
-def test_unchanged_firmware_keeps_its_limits_in_three_minutes_of_two_cores(gate: Gate) -> None:
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    verdict = gate.check(threads=2)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    assert verdict.code == 0, verdict.out + verdict.err
-    assert after.ru_utime - before.ru_utime < 2 * 180, "user time of two cores in three minutes"
+def test_unchanged_firmware_with_other_seeds_stays_green(gate: Gate) -> None:
+    """Twenty seeds of today's date; GATE_FIRST_SEED tries others."""
+    first_seed = int(os.environ.get("GATE_FIRST_SEED", date.today().strftime("%y%m%d00")))
+    print(f"GATE_FIRST_SEED={first_seed}")
+    verdict = gate.check("--seeds", *(str(first_seed + i) for i in range(20)))
+    assert verdict.code == 0, verdict.failures
     assert verdict.failures == []
     assert verdict.results["kept"] is True
     assert "Passed" in (verdict.folder / "report.html").read_text()
 
 
-@pytest.mark.parametrize("first_seed", [1000 * run for run in range(1, 1 + int(os.environ.get("GATE_OTHER_SEEDS", "3")))])
-def test_unchanged_runs_with_other_seeds_stay_green(gate: Gate, first_seed: int) -> None:
-    """Twenty seeds each; GATE_OTHER_SEEDS=10 tries ten times twenty."""
-    verdict = gate.check("--seeds", *(str(first_seed + i) for i in range(20)))
-    assert verdict.code == 0, verdict.failures
-
-
 @pytest.mark.parametrize(
-    ("factor", "figure"),
-    [(1.3, "gain_margin_db"), (1.3, "crossover_hz"), (0.7, "crossover_hz"), (0.7, "rms_error_deg_s")],
+    ("axis", "other", "factor", "figures"),
+    [
+        ("azimuth", "pitch", 1.3, ["gain_margin_db", "crossover_hz"]),
+        ("pitch", "azimuth", 0.7, ["crossover_hz", "rms_error_deg_s"]),
+    ],
 )
-@pytest.mark.parametrize("axis", ["azimuth", "pitch"])
 def test_an_observer_gain_off_by_30_percent_is_red_and_named(
-    gate: Gate, tmp_path: Path, factor: float, figure: str, axis: str
+    gate: Gate, tmp_path: Path, axis: str, other: str, factor: float, figures: list[str]
 ) -> None:
     steady = PROJECT / "sim_host/scenarios/steady_speed.toml"
     verdict = gate.check("--gains", gains_with_observer(tmp_path, factor, (axis,)), "--limits", LIMITS, "--scenario", steady)
     assert verdict.code == 1
-    assert any(figure in failure and axis in failure for failure in verdict.failures), verdict.failures
-    other = "pitch" if axis == "azimuth" else "azimuth"
+    for figure in figures:
+        assert any(figure in failure and axis in failure for failure in verdict.failures), verdict.failures
     assert not any(f", {other}: " in failure for failure in verdict.failures), verdict.failures
-
-
-def test_an_observer_gain_off_by_30_percent_is_red_with_the_default_scenarios(gate: Gate, tmp_path: Path) -> None:
-    verdict = gate.check("--gains", gains_with_observer(tmp_path, 0.7))
-    assert verdict.code == 1
-    assert any("rms_error_deg_s" in failure and " deg/s is above the limit of " in failure for failure in verdict.failures)
 
 
 def test_a_plant_with_twice_the_friction_is_red_and_named(gate: Gate, tmp_path: Path) -> None:

@@ -246,5 +246,5 @@ step_check() {
   cmake --preset host &&
     cmake --build --preset host --target sim_host check_board check_wrong_observer node_descriptions &&
     cmake --preset stm32g474 && cmake --build --preset stm32g474 &&
-    PYTHONPATH=tools/servoctl "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 --dist loadfile tests/gate
+    PYTHONPATH=tools/servoctl "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 --dist loadgroup --durations=5 tests/gate -k "not container"
 }
