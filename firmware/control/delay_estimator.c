@@ -7,7 +7,7 @@
 #define TARGET_RAD_S 3.5f    /* bandwidth of the predictors */
 #define FIRST_FRAMES 6.0f    /* they begin faster: bandwidth times time since the beginning */
 #define DRIFT_RAD_S 14.0f    /* alpha follows the drift of the measured motion */
-#define SLOW_RAD_S 1.0f      /* high-pass of the residuals */
+#define SLOW_RAD_S 10.0f     /* high-pass of the residuals: two of first order */
 #define QUANTILE_95 1.96f    /* of the normal distribution, two-sided */
 #define CURVATURE 1.4f       /* the interval is wider than that of linear least squares (Monte Carlo) */
 #define MIN_INDEPENDENT 0.1f /* share of the filtered rate that must not be explained by alpha's error */
@@ -17,7 +17,8 @@ typedef struct {
   float alpha;
   float beta_per_s;
   float gamma_per_s2;
-} predictor_gains;
+  float slow; /* share of the step that the high-pass follows */
+} filter_gains;
 
 void delay_estimator_reset(delay_estimator *self) { *self = (delay_estimator){0}; }
 
@@ -26,7 +27,7 @@ static void begin(delay_component *component) {
   component->rate = (delay_predictor){0};
   component->alpha = (delay_predictor){0};
   for (int i = 0; i < 3; ++i) {
-    component->slow[i] = 0.0f;
+    component->slow[i] = (delay_slow){0};
   }
 }
 
@@ -45,18 +46,19 @@ void delay_estimator_forget(delay_estimator *self) {
   self->weight_of_squares = 0.0f;
 }
 
-static predictor_gains gains_of(float interval_s, float running_s) {
+static filter_gains gains_of(float interval_s, float running_s) {
   const float pole = scalar_exp_minus(scalar_max(TARGET_RAD_S, FIRST_FRAMES / running_s) * interval_s);
   const float gap = 1.0f - pole;
-  return (predictor_gains){
+  return (filter_gains){
       .interval_s = interval_s,
       .alpha = scalar_max(1.0f - pole * pole * pole, 1.0f - scalar_exp_minus(DRIFT_RAD_S * interval_s)),
       .beta_per_s = 1.5f * gap * gap * (1.0f + pole) / interval_s,
-      .gamma_per_s2 = gap * gap * gap / (interval_s * interval_s)};
+      .gamma_per_s2 = gap * gap * gap / (interval_s * interval_s),
+      .slow = 1.0f - scalar_exp_minus(SLOW_RAD_S * interval_s)};
 }
 
 /* What could not be predicted of `measured`. */
-static float predict(delay_predictor *self, const predictor_gains *gains, float measured) {
+static float predict(delay_predictor *self, const filter_gains *gains, float measured) {
   const float interval_s = gains->interval_s;
   self->value += (self->rate + 0.5f * self->acceleration * interval_s) * interval_s;
   self->rate += self->acceleration * interval_s;
@@ -67,10 +69,12 @@ static float predict(delay_predictor *self, const predictor_gains *gains, float 
   return residual;
 }
 
-static float high_pass(float *slow, float value, float interval_s) {
-  const float rest = value - *slow;
-  *slow += SLOW_RAD_S * interval_s * rest;
-  return rest;
+static float high_pass(delay_slow *state, const filter_gains *gains, float value) {
+  const float rest = value - state->first;
+  state->first += gains->slow * rest;
+  const float fast = rest - state->second;
+  state->second += gains->slow * fast;
+  return fast;
 }
 
 typedef struct {
@@ -79,15 +83,15 @@ typedef struct {
   float a;
 } residuals;
 
-static residuals filter(delay_component *self, const predictor_gains *gains, float error, float moved, float rate) {
+static residuals filter(delay_component *self, const filter_gains *gains, float error, float moved, float rate) {
   self->place.value -= moved;
   const float e = predict(&self->place, gains, error);
   const float r = predict(&self->rate, gains, rate);
   const float a = predict(&self->alpha, gains, 0.0f);
   self->alpha.value += e;
-  return (residuals){.e = high_pass(&self->slow[0], e, gains->interval_s),
-                     .r = high_pass(&self->slow[1], r, gains->interval_s),
-                     .a = high_pass(&self->slow[2], a, gains->interval_s)};
+  return (residuals){.e = high_pass(&self->slow[0], gains, e),
+                     .r = high_pass(&self->slow[1], gains, r),
+                     .a = high_pass(&self->slow[2], gains, a)};
 }
 
 static void add(delay_sums *sums, const residuals *of, float keep) {
@@ -136,7 +140,7 @@ void delay_estimator_add(delay_estimator *self, const delay_sample *sample) {
     }
     return;
   }
-  const predictor_gains gains = gains_of(sample->interval_s, self->running_s);
+  const filter_gains gains = gains_of(sample->interval_s, self->running_s);
   residuals found[DELAY_COMPONENTS];
   bool outlier = false;
   for (int i = 0; i < DELAY_COMPONENTS; ++i) {

@@ -10,8 +10,9 @@
  *
  *     place, rate  ->  the same filter: what cannot be predicted of them  ->  least squares for `error`
  *
- * The filter is a predictor of the target (alpha-beta-gamma) with a high-pass against slow manoeuvres. Its alpha is
- * larger than that of a target alone, because the measured motion of the line of sight drifts as a random walk.
+ * The filter is a predictor of the target (alpha-beta-gamma) with a high-pass of second order at 1.6 Hz against
+ * manoeuvres: at 0.16 Hz and first order, a weaving or evasive target was taken for a delay (decision 0037). Its alpha
+ * is larger than that of a target alone, because the measured motion of the line of sight drifts as a random walk.
  *
  * The tracking loop turns noise of the camera into motion, so place and rate are not independent. Least squares are
  * unbiased in a closed loop only if what the predictor leaves of the place is white. So a second unknown is estimated
@@ -49,6 +50,12 @@ typedef struct {
   float acceleration;
 } delay_predictor;
 
+/* What the high-pass takes away: a first part, then a second part of the rest. */
+typedef struct {
+  float first;
+  float second;
+} delay_slow;
+
 /* Weighted sums of products of residual e, filtered rate r and derivative a of the residual. */
 typedef struct {
   float ee;
@@ -63,7 +70,7 @@ typedef struct {
   delay_predictor place; /* its value is relative to the line of sight */
   delay_predictor rate;
   delay_predictor alpha;
-  float slow[3]; /* of the three residuals: what the high-pass takes away */
+  delay_slow slow[3]; /* of the three residuals */
   delay_sums sums;
 } delay_component;
 

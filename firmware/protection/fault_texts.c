@@ -493,12 +493,16 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "While the speed, position or tracking loop is closed, and the gains that ran before cannot be taken "
                  "back or oscillate too.",
          .timer = "",
-         .cause = "The gains do not fit the axis: too high, too much filtering, or the load has changed. Less often: a "
-                  "loose coupling, or a base that gives way.",
+         .cause =
+             "The gains do not fit the axis: too high, too much filtering, or the load has changed. In mode -1 also "
+             "the camera: a wrong sign or age of its frames, or errors that jump. Less often: a loose coupling, or "
+             "a base that gives way.",
          .check = "Read the period of the oscillation from rate and torque in the fault log. Compare 2056 with the "
-                  "load and the inertia that the axis has now.",
-         .cure = "Restore a gains file that worked, or identify and tune again (servoctl tune). Lower 2000:1 and "
-                 "2020:4 if the load has changed.",
+                  "load and the inertia that the axis has now. After mode -1 compare 3070 with the target, and the "
+                  "stated age with 3073:5.",
+         .cure =
+             "After mode -1: mend sign, age and filter of the image processor first. Else restore a gains file that "
+             "worked, or identify and tune again (servoctl tune). Lower 2000:1 and 2020:4 if the load has changed.",
          .clear = RESET},
     [FAULT_GAINS_TAKEN_BACK] =
         {.name = "gains taken back",

@@ -9,6 +9,8 @@ enum {
 };
 
 #define FEWEST_TICKS 1.0f /* in which the believed error changes */
+#define SURE 1.3f /* half intervals that a step exceeds: one alone is exceeded by chance, as many estimates are made \
+                   */
 #define LONGER_STEP 1.25f
 #define FAR_TICKS 3.0f
 
@@ -65,7 +67,7 @@ static void conclude(camera_delay *self, float tick_s) {
   const float half_ticks = self->found.half_width_s / tick_s;
   const float step = self->found.error_s / tick_s - (float)self->offset_ticks;
   if (!self->found.known || self->found.half_width_s > CAMERA_DELAY_GOOD_ENOUGH_S ||
-      scalar_within(step, scalar_max(FEWEST_TICKS, half_ticks))) {
+      scalar_within(step, scalar_max(FEWEST_TICKS, SURE * half_ticks))) {
     return;
   }
   const float most = (float)CAMERA_DELAY_MOST_TICKS;

@@ -23,7 +23,7 @@ typedef enum { CAMERA_DELAY_IGNORED = 0, CAMERA_DELAY_REPORTED = 1, CAMERA_DELAY
 
 enum { CAMERA_DELAY_MOST_TICKS = 50 }; /* of a correction */
 
-#define CAMERA_DELAY_GOOD_ENOUGH_S 7e-3f /* half an interval: a worse estimate corrects nothing */
+#define CAMERA_DELAY_GOOD_ENOUGH_S 4e-3f /* half an interval: a worse estimate corrects nothing */
 #define CAMERA_DELAY_WELL_KNOWN_S 2.5e-3f
 #define CAMERA_DELAY_FIRST_DITHER_S 30.0f /* until the estimate is forgotten */
 

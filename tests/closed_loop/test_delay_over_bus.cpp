@@ -3,8 +3,12 @@
 // own delay. The program prints what the node found.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
 #include <string>
 
 #include "bench.hpp"
@@ -24,6 +28,8 @@ using bench::Spread;
 using bench::tracking_scenario;
 using bench::TrackingNode;
 
+constexpr double kPi = 3.14159265358979;
+constexpr double kCourse_s = 60.0;
 constexpr int kReported = 1;
 constexpr int kCorrected = 2;
 constexpr double kTime_ms = 0.01;  // of 3073:5 and :6
@@ -178,6 +184,78 @@ void test_a_wrong_age_that_is_corrected_costs_nothing() {
   }
 }
 
+// From a distance of 0.3 to 6 km, a third each: smooth, weaving by 0.3 to 30 m, evading with 0.1 to 5 m/s2.
+sim::ScenarioConfig random_course(std::uint64_t seed, double duration_s) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  sim::ScenarioConfig scenario = tracking_scenario();
+  const double range_m = 300.0 * std::pow(20.0, uniform(0.0, 1.0));
+  const double bearing_rad = uniform(-1.0, 1.0);
+  sim::FlyByConfig& course = scenario.fly_by;
+  course = {};
+  course.start_position_m = {range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad),
+                             range_m * std::tan(uniform(0.1, 0.8))};
+  const double speed_m_s = std::fmin(uniform(2.0, 30.0), 0.3 * range_m / duration_s);
+  const double heading_rad = uniform(0.0, 2.0 * kPi);
+  course.velocity_m_s = {speed_m_s * std::cos(heading_rad), speed_m_s * std::sin(heading_rad), uniform(-1.0, 1.0)};
+  const double kind = uniform(0.0, 3.0);
+  if (kind < 1.0) {
+    course.weave_lateral_m = std::exp(uniform(std::log(0.3), std::log(30.0)));
+    course.weave_lateral_period_s = uniform(4.0, 20.0);
+    course.weave_vertical_m = uniform(0.0, 1.0) < 0.5 ? 0.0 : 0.3 * course.weave_lateral_m;
+    course.weave_vertical_period_s = uniform(4.0, 20.0);
+  } else if (kind < 2.0) {
+    course.evasion_m_s2 = std::exp(uniform(std::log(0.1), std::log(5.0)));
+    course.evasion_seed = static_cast<int>(seed);
+  }
+  scenario.duration_s = duration_s + 5.0;
+  return scenario;
+}
+
+// The stated age is right. In at least 90 % of the courses the interval says so, or that the age is not known, and the
+// node corrects nothing.
+void test_a_manoeuvre_is_not_taken_for_a_delay() {
+  const int courses = by_size(20, 50, 200);
+  int known = 0;
+  int inside = 0;
+  int uncorrected = 0;
+  for (int n = 1; n <= courses; ++n) {
+    const auto seed = static_cast<std::uint64_t>(n);
+    const sim::ScenarioConfig course = random_course(seed, kCourse_s);
+    TrackingNode tracking(bench::tracker_setup(), course, seed, designed_tracker(TRACKER_PREDICTIVE));
+    tracking.node().write(sim::kAzimuth, 0x3073, 1, kCorrected);
+    const camera_objects& objects = tracking.node().node().tracking.objects;
+    int most_ms = 0;
+    for (const double start_s = tracking.time_s(); tracking.time_s() < start_s + kCourse_s;) {
+      tracking.tick();
+      most_ms = std::max(most_ms, std::abs(objects.correction_ms));
+    }
+    if (objects.delay_half_width == CAMERA_DELAY_UNKNOWN) {
+      continue;
+    }
+    const bool holds = std::abs(objects.delay_error) <= objects.delay_half_width;
+    ++known;
+    inside += holds ? 1 : 0;
+    uncorrected += most_ms <= 2 ? 1 : 0;
+    if (!holds || most_ms > 2) {
+      const sim::FlyByConfig& of = course.fly_by;
+      std::printf(
+          "course %d, %.0f m, weaving by %.1f m in %.0f s, evading by %.1f m/s2: %.1f +- %.1f ms, up to %d ms "
+          "corrected\n",
+          n, std::hypot(of.start_position_m[0], of.start_position_m[1]), of.weave_lateral_m, of.weave_lateral_period_s,
+          of.evasion_m_s2, kTime_ms * objects.delay_error, kTime_ms * objects.delay_half_width, most_ms);
+    }
+  }
+  const std::string text = fmt::format("{} courses: {} known, {} of them inside, {} without a correction", courses,
+                                       known, inside, uncorrected);
+  TEST_MESSAGE(text.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(known >= 0.9 * courses, text.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(inside >= 0.9 * known, text.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(uncorrected >= 0.95 * known, text.c_str());
+}
+
 // It ends by itself, and is 0 again.
 void test_dither_ends_by_itself_and_appears_in_the_measured_error() {
   sim::ScenarioConfig with = tracking_scenario();
@@ -207,6 +285,7 @@ void test_dither_ends_by_itself_and_appears_in_the_measured_error() {
 
 int main() {
   UNITY_BEGIN();
+  RUN_TEST(test_a_manoeuvre_is_not_taken_for_a_delay);
   RUN_TEST(test_after_20_s_of_tracking);
   RUN_TEST(test_the_first_dither_is_small_and_ends);
   RUN_TEST(test_after_three_minutes_of_tracking);
