@@ -9,8 +9,7 @@ enum {
 };
 
 #define FEWEST_TICKS 1.0f /* in which the believed error changes */
-#define SURE 1.3f /* half intervals that a step exceeds: one alone is exceeded by chance, as many estimates are made \
-                   */
+#define SURE 1.3f         /* half intervals; of many estimates one is off by more than 1.0 by chance */
 #define LONGER_STEP 1.25f
 #define FAR_TICKS 3.0f
 
