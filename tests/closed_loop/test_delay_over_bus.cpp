@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <random>
 #include <string>
@@ -14,6 +13,7 @@
 #include "bench.hpp"
 #include "support/test_size.h"
 #include "tracking_bench.hpp"
+#include "units.hpp"
 #include "unity.h"
 
 extern "C" void setUp() {}
@@ -28,7 +28,6 @@ using bench::Spread;
 using bench::tracking_scenario;
 using bench::TrackingNode;
 
-constexpr double kPi = 3.14159265358979;
 constexpr double kCourse_s = 60.0;
 constexpr int kReported = 1;
 constexpr int kCorrected = 2;
@@ -198,7 +197,7 @@ sim::ScenarioConfig random_course(std::uint64_t seed, double duration_s) {
   course.start_position_m = {range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad),
                              range_m * std::tan(uniform(0.1, 0.8))};
   const double speed_m_s = std::fmin(uniform(2.0, 30.0), 0.3 * range_m / duration_s);
-  const double heading_rad = uniform(0.0, 2.0 * kPi);
+  const double heading_rad = uniform(0.0, 2.0 * sim::kPi);
   course.velocity_m_s = {speed_m_s * std::cos(heading_rad), speed_m_s * std::sin(heading_rad), uniform(-1.0, 1.0)};
   const double kind = uniform(0.0, 3.0);
   if (kind < 1.0) {
@@ -241,11 +240,13 @@ void test_a_manoeuvre_is_not_taken_for_a_delay() {
     uncorrected += most_ms <= 2 ? 1 : 0;
     if (!holds || most_ms > 2) {
       const sim::FlyByConfig& of = course.fly_by;
-      std::printf(
-          "course %d, %.0f m, weaving by %.1f m in %.0f s, evading by %.1f m/s2: %.1f +- %.1f ms, up to %d ms "
-          "corrected\n",
+      const std::string text = fmt::format(
+          "course {}, {:.0f} m, weaving by {:.1f} m in {:.0f} s, evading by {:.1f} m/s2: {:.1f} +- {:.1f} ms, up to {} "
+          "ms "
+          "corrected",
           n, std::hypot(of.start_position_m[0], of.start_position_m[1]), of.weave_lateral_m, of.weave_lateral_period_s,
           of.evasion_m_s2, kTime_ms * objects.delay_error, kTime_ms * objects.delay_half_width, most_ms);
+      TEST_MESSAGE(text.c_str());
     }
   }
   const std::string text = fmt::format("{} courses: {} known, {} of them inside, {} without a correction", courses,
