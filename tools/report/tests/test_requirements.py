@@ -113,7 +113,7 @@ def test_readme_has_the_tables_of_the_result_page() -> None:
 def test_the_documents_are_those_of_this_folders_results() -> None:
     folder = REPOSITORY / "build/results"
     if not (folder / "results.json").is_file():
-        pytest.skip("no results here: ./tools/demo makes them")
+        pytest.skip("no results here: ./tools/demo --all makes them")
     results = load_results(folder)
     if results.generator["quick"]:
         pytest.skip("the results are of a quick run")

@@ -270,12 +270,12 @@ def differing_documents(results: Results, files: list[Path]) -> list[Path]:
 def renewed_document(results: Results, file: Path) -> str:
     """The file's text with the tables of the results."""
     if results.generator["quick"]:
-        raise InputError(f"{file}: not renewed from a quick run; run ./tools/demo without --quick first.")
+        raise InputError(f"{file}: not renewed from a quick run; run ./tools/demo --all first.")
     others = {row.git for row in results.requirements} - {results.generator["git"]}
     if others:
         raise InputError(
             f"{results.folder / 'results.json'}: the rows of requirements are of git {', '.join(sorted(others))}, the "
-            f"experiments of {results.generator['git']}; run ./tools/demo."
+            f"experiments of {results.generator['git']}; run ./tools/demo --all."
         )
     text = file.read_text(encoding="utf-8")
     pattern = re.compile(r"<!-- (\w+) -->\n.*?<!-- end \1 -->", re.DOTALL)

@@ -24,7 +24,7 @@ COUNTED = "frames_dropped"
 """Required of every run: it has a line only where it is missed."""
 
 STUDIES = ("sim_host node-tracking", "sim_host passes", "sim_host base-motion")
-"""The commands that ./tools/demo runs for these rows."""
+"""The commands that ./tools/demo --all runs for these rows."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Studies beside the campaign, each with a file of its own: value of identification, random plants, a search for
 unpublished numbers that give the paper's Fig. 9, straight passes, a turning base, and tracking in the running node.
 
-They are run on demand (the last four by ./tools/demo, too); a folder without them has no table of them.
+They are run on demand (the last four by ./tools/demo --all, too); a folder without them has no table of them.
 """
 
 from __future__ import annotations
