@@ -108,14 +108,3 @@ def test_readme_has_the_tables_of_the_result_page() -> None:
     assert set(readme) == {"results", "requirements"}
     for name, table in readme.items():
         assert table == results[name], f"table '{name}' of README.md differs from docs/results.md; run tools/update-docs results"
-
-
-def test_the_documents_are_those_of_this_folders_results() -> None:
-    folder = REPOSITORY / "build/results"
-    if not (folder / "results.json").is_file():
-        pytest.skip("no results here: ./tools/demo --all makes them")
-    results = load_results(folder)
-    if results.generator["quick"]:
-        pytest.skip("the results are of a quick run")
-    pages = [REPOSITORY / "README.md", REPOSITORY / "docs/results.md", *sorted((REPOSITORY / "docs/results").glob("*.md"))]
-    assert main([str(folder), "--check", *map(str, pages)]) == 0
