@@ -14,8 +14,10 @@ from .bus import BusAddress, open_bus
 from .device import Device
 from .errors import ConnectionFailed, InputError
 from .listener import Listener
+from .parameter import AXES
 from .pdo_mapping import Mappings, default_mappings, read_mappings
 from .schema import NO_SCHEMA, Schema, need_schema
+from .silent_stop import CODE, silent_stop_age_s
 
 AGAIN_S = 1.0
 """Least time between two readings, and after somebody's last write to a TPDO."""
@@ -79,6 +81,8 @@ class _ReadingEar(Ear):
         if device.network.notifier is not None:
             device.network.notifier.add_listener(self._reader)
         self._read()
+        if not self.note:
+            self._read_silent_stops()
 
     def recv(self, timeout_s: float) -> can.Message | None:
         if self._may_read():
@@ -104,6 +108,14 @@ class _ReadingEar(Ear):
             self.listener.use(assumed(need_schema(self._description), self.listener.node_id))
             self.note = f"the PDO mapping could not be read: {error}"
         self._read_s = time.monotonic()
+
+    def _read_silent_stops(self) -> None:
+        """Their EMCY came before this ear."""
+        for axis in filter(self._device.has_axis, range(len(AXES))):
+            age_s = silent_stop_age_s(self._device, axis)
+            if age_s is not None:
+                register = self._device.read_int(0x1001)
+                self.listener.emergencies.append((time.time() - age_s, CODE, register))
 
     def _schema(self) -> Schema:
         """That of the device, otherwise the best known one: objects of CiA 402 are the same in each."""

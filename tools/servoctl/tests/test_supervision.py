@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections.abc import Iterator
@@ -12,7 +13,9 @@ import pytest
 
 from servoctl.bus import open_bus, parse_bus
 from servoctl.device import Device
+from servoctl.drive import Drive
 from servoctl.supervision import MONITOR_MS, Supervision
+from servoctl.units import RATE_COUNTS_PER_RAD_S
 
 from .conftest import Bench, Eventually
 
@@ -178,3 +181,27 @@ def test_one_axis_and_one_stream_belong_to_one_motion_at_a_time(unwatched: Bench
         refused = servo(*words)
         assert refused.code == 6 and reported in refused.err, refused
     assert measuring.wait(timeout=60) == 0
+
+
+@pytest.mark.image
+def test_a_stop_for_a_silent_master_is_told_with_time_and_remedy_until_the_axis_is_enabled(
+    unwatched: Bench, eventually: Eventually
+) -> None:
+    with Device(parse_bus(unwatched.bus), NODE) as device:
+        drive = Drive(device, 0)
+        drive.enable()
+        device.write_int(0x6060, 0, 3, 1)
+        device.write_int(0x60FF, 0, round(0.02 * RATE_COUNTS_PER_RAD_S), 4)
+        time.sleep(1.6)  # silent for longer than 3041:1
+        eventually(lambda: "warning" in drive.flags(drive.statusword()), 3.0)
+    for command in ("info", "state"):
+        shown = unwatched(command)
+        assert "azimuth was stopped" in shown.err and "master silent (EMCY 8101)" in shown.err, shown.err
+        assert "Let the master send" in shown.err and "pitch was stopped" not in shown.err
+        azimuth, pitch = unwatched.json(command)["axes"]
+        assert 0.0 < azimuth["silent_stop_age_s"] < 30.0 and pitch["silent_stop_age_s"] is None
+    heard = unwatched("monitor", "--for", "0.5", "--json").out.splitlines()
+    assert [e["code"] for e in json.loads(heard[-1])["emergencies"]] == [0x8101]
+    unwatched("state", "azimuth", "enable")
+    assert unwatched.json("info")["axes"][0]["silent_stop_age_s"] is None
+    unwatched("state", "azimuth", "disable")

@@ -181,7 +181,7 @@ def render(ear: Ear, faults: FaultTable, rate: float, load: float | None) -> Gro
     for when, code, register in list(listener.emergencies)[-4:]:
         clock = datetime.fromtimestamp(when).strftime("%H:%M:%S")
         text = (
-            f"{clock}  emergency {code:04X} {faults.meaning(code)}, register {register:02X}"
+            f"{clock}  emergency {code:04X} {faults.meaning(code)}, register {register:02X}; servoctl explain {code:04X}"
             if code
             else f"{clock}  errors cleared, register {register:02X}"
         )

@@ -13,8 +13,10 @@ from ..bus import open_bus, parse_bus
 from ..device import Device
 from ..drive import Drive
 from ..errors import ExitCode, InputError
+from ..fault_table import find_faults
 from ..parameter import AXES
 from ..session import Session, common
+from ..silent_stop import silent_stop_age_s, silent_stop_text
 from ..tuning import set_state
 
 SCAN_LISTEN_S = 1.0
@@ -90,7 +92,7 @@ def info(session: Session) -> None:
         data["schema_fits"] = device.schema_fits
         data["option_bytes"] = _option_bytes(device)
         data["axes"] = [
-            read_axis(device, axis) | _set_data(device, axis) for axis in range(len(AXES)) if device.has_axis(axis)
+            _read_axis(device, axis) | _set_data(device, axis) for axis in range(len(AXES)) if device.has_axis(axis)
         ]
         mismatch = "" if device.schema_fits else device.mismatch
     out = session.out
@@ -144,8 +146,12 @@ def _set_data(device: Device, axis: int) -> dict[str, Any]:
     }
 
 
+def _read_axis(device: Device, axis: int) -> dict[str, Any]:
+    return read_axis(device, axis) | {"silent_stop_age_s": silent_stop_age_s(device, axis)}
+
+
 def show_axes(session: Session, axes: list[dict[str, Any]]) -> None:
-    """A table of the result of `read_axis`."""
+    """A table of the result of `_read_axis`, and why an axis was stopped."""
 
     def shown(value: float | None, places: int) -> str:
         return "–" if value is None else f"{value:.{places}f}"
@@ -166,6 +172,9 @@ def show_axes(session: Session, axes: list[dict[str, Any]]) -> None:
         for a in axes
     ]  # fmt: skip
     session.out.table(columns, rows)
+    for a in axes:
+        if a["silent_stop_age_s"] is not None:
+            session.out.note(silent_stop_text(a["axis"], a["silent_stop_age_s"], find_faults([session.parameters])))
 
 
 ACTIONS = ("enable", "disable", "quick-stop", "reset")
@@ -197,7 +206,7 @@ def state(session: Session, words: tuple[str, ...], axis: str | None) -> None:
                 "reset": drive.reset_fault,
             }[action]()
         shown = [AXES.index(axis)] if axis else range(len(AXES))
-        axes = [read_axis(device, a) for a in shown if device.has_axis(a)]
+        axes = [_read_axis(device, a) for a in shown if device.has_axis(a)]
         nmt = device.nmt_state()
     session.out.json({"node": session.node, "nmt": nmt, "axes": axes})
     session.out.say(f"node {session.node} is {nmt}")
