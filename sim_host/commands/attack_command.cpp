@@ -11,6 +11,7 @@
 #include "attack/named_sequences.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "output_files.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -81,8 +82,8 @@ void add_attack(CLI::App& app, int& code) {
   CLI::Option *first = command->add_option("--first-seed", options->attack.first_seed, "the first of them")
                            ->check(seed())
                            ->capture_default_str();
-  CLI::Option *json = command->add_option("--json", options->json, "file for the results")
-                          ->check(CLI::Validator(output_file_problem, "FILE"));
+  OutputFiles outputs(*command);
+  CLI::Option *json = outputs.file("--json", options->json, "file for the results");
   CLI::Option *log =
       command
           ->add_option("--log", options->attack.log,

@@ -17,6 +17,7 @@
 #include "check/results_file.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "output_files.hpp"
 #include "run/scenario_check.hpp"
 
 namespace trackservo::sim {
@@ -186,10 +187,6 @@ int check(const CheckOptions& options, const ImageDevices& image_devices) {
   throw std::runtime_error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(errno)));
 }
 
-CLI::Validator output_file() {
-  return {[](const std::string& file) { return output_file_problem(file); }, "FILE"};
-}
-
 }  // namespace
 
 void add_check(CLI::App& app, int& code, const std::vector<std::string>& arguments, const ImageDevices& image_devices) {
@@ -210,14 +207,13 @@ void add_check(CLI::App& app, int& code, const std::vector<std::string>& argumen
       ->expected(1)
       ->take_all();
   // First, so that the other files can be written into the folder that it makes.
-  command->add_option("--out", options->out_dir, "folder for results.json and report.html")
-      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  OutputFiles outputs(*command);
+  outputs.folder("--out", options->out_dir, "folder for results.json and report.html", {"results.json", "report.html"});
   CLI::Option *limits =
       command->add_option("--limits", options->limits, "limits file (TOML)")->check(CLI::ExistingFile);
-  command->add_option("--learn", options->learn, "write limits that this run meets, instead of checking limits")
-      ->check(output_file())
+  outputs.file("--learn", options->learn, "write limits that this run meets, instead of checking limits")
       ->excludes(limits);
-  command->add_option("--junit", options->junit, "write the result as JUnit XML to this file")->check(output_file());
+  outputs.file("--junit", options->junit, "write the result as JUnit XML to this file");
   CLI::Option *baseline = command
                               ->add_option("--baseline", options->baseline,
                                            "results.json of an earlier check; a worse figure fails the check")
@@ -251,7 +247,7 @@ void add_gains(CLI::App& app) {
   auto options = std::make_shared<GainsOptions>();
   CLI::App *command = app.add_subcommand("gains", "design gains for a plant and write them to a gains file");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
-  command->add_option("--out", options->out, "gains file to write (TOML)")->required()->check(output_file());
+  OutputFiles(*command).file("--out", options->out, "gains file to write (TOML)")->required();
   command->callback([options] {
     write_designed_gains(load_plant(options->plant), options->out);
     fmt::print("written {}\n", options->out.string());

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "commands/output_files.hpp"
 #include "gain_design/design_json.hpp"
 #include "gain_design/device_parameters.hpp"
 #include "gain_design/gain_design.hpp"
@@ -54,7 +55,7 @@ void run(const DesignCommand& options) {
   std::ofstream file(options.json);
   file << json.dump(2) << '\n';
   if (!file.flush()) {
-    throw std::runtime_error(options.json + ": cannot be written; give a path in an existing folder");
+    throw std::runtime_error(options.json.string() + ": cannot be written; give a path in an existing folder");
   }
 }
 
@@ -68,7 +69,7 @@ void add_design_command(CLI::App& app, DesignCommand& options) {
                       "requirements (JSON); default: the design chooses all values");
   command->add_option("--parameters", options.parameters, "objects 0x2000 to 0x205F of the device's axis, as JSON")
       ->required();
-  command->add_option("--json", options.json, "file for the design")->required();
+  sim::OutputFiles(*command).file("--json", options.json, "file for the design")->required();
   command->callback([&options] { run(options); });
 }
 

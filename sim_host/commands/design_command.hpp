@@ -3,6 +3,7 @@
 #define TRACKSERVO_SIM_COMMANDS_DESIGN_COMMAND_HPP
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <string>
 
 namespace trackservo::identification {
@@ -11,7 +12,7 @@ struct DesignCommand {
   std::string identified;
   std::string requirements;
   std::string parameters;
-  std::string json;
+  std::filesystem::path json;
 };
 
 // The subcommand's options fill `options`, which must exist longer than `app`; the subcommand runs when it is given.

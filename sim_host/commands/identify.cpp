@@ -12,9 +12,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 
 #include "commands/design_command.hpp"
+#include "commands/output_files.hpp"
 #include "gain_design/device_parameters.hpp"
 #include "gain_design/identified_plant_json.hpp"
 #include "identification/identification.hpp"
@@ -33,14 +35,14 @@ constexpr int kRefused = 2;
 struct FitOptions {
   std::string recording;
   std::string structure;
-  std::string json;
-  std::string residuals;
+  std::filesystem::path json;
+  std::filesystem::path residuals;
 };
 
-std::ofstream open_for_writing(const std::string& path) {
+std::ofstream open_for_writing(const std::filesystem::path& path) {
   std::ofstream file(path);
   if (!file) {
-    throw std::runtime_error(fmt::format("{}: cannot be written; give a path in an existing folder.", path));
+    throw std::runtime_error(fmt::format("{}: cannot be written; give a path in an existing folder.", path.string()));
   }
   return file;
 }
@@ -89,7 +91,7 @@ struct PlanOptions {
   double start_rad = 0;
   std::string identified;
   bool structure = false;
-  std::string json;
+  std::filesystem::path json;
 };
 
 // Results of a first look, from its file.
@@ -143,7 +145,7 @@ void add_plan(CLI::App& app, PlanOptions& options) {
                                                 "result of the first look; without it, this plans the first look");
   command->add_flag("--structure", options.structure, "plan the chirps that measure structural resonances")
       ->needs(identified);
-  command->add_option("--json", options.json, "file for the test plan");
+  trackservo::sim::OutputFiles(*command).file("--json", options.json, "file for the test plan");
   command->callback([&options] { plan(options); });
 }
 
@@ -183,8 +185,9 @@ int main(int argc, char **argv) {
     CLI::App *command = app.add_subcommand("fit", "fit all parameters to a recording");
     command->add_option("recording", options.recording, "CSV of the runs (docs/identification.md)")->required();
     command->add_option("--structure", options.structure, "CSV of chirps for structural resonances (plan --structure)");
-    command->add_option("--json", options.json, "file for the result");
-    command->add_option("--residuals", options.residuals, "file for the residuals (CSV)");
+    trackservo::sim::OutputFiles outputs(*command);
+    outputs.file("--json", options.json, "file for the result");
+    outputs.file("--residuals", options.residuals, "file for the residuals (CSV)");
     command->callback([&] { code = fit(options); });
     PlanOptions plan_options;
     add_plan(app, plan_options);

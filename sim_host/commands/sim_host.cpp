@@ -41,6 +41,7 @@
 #include "config/arguments.hpp"
 #include "design/design_check.hpp"
 #include "fault_commands.hpp"
+#include "output_files.hpp"
 #include "run/scenario_check.hpp"
 #include "serve/sdo_benchmark.hpp"
 #include "serve/server.hpp"
@@ -60,6 +61,7 @@ struct RunOptions {
   double friction_parameter_error = 0.15;
   bool improved_loop = false;
   std::filesystem::path csv;
+  std::shared_ptr<sim::OutputFiles> outputs;
 };
 
 // One file per case: the case's name is inserted before the extension when there are several.
@@ -75,16 +77,12 @@ std::filesystem::path csv_of_case(const RunOptions& options, std::size_t cases, 
   return file.replace_filename(options.csv.stem().string() + "-" + name + options.csv.extension().string());
 }
 
-void refuse_unwritable_csv(const RunOptions& options, const std::vector<sim::StudyCase>& cases) {
+void refuse_existing_csv(const RunOptions& options, const std::vector<sim::StudyCase>& cases) {
   if (options.csv.empty()) {
     return;
   }
-  std::string problem = sim::output_file_problem(options.csv);
   for (const sim::StudyCase& study_case : cases) {
-    problem = problem.empty() ? sim::output_file_problem(csv_of_case(options, cases.size(), study_case)) : problem;
-  }
-  if (!problem.empty()) {
-    throw std::invalid_argument("--csv: " + problem);
+    options.outputs->check("--csv", csv_of_case(options, cases.size(), study_case));
   }
 }
 
@@ -134,7 +132,7 @@ int run(const RunOptions& options) {
         fmt::format("--improved-loop: {} is not a tracking scenario; omit the option", options.scenario.string()));
   }
   const std::vector<sim::StudyCase> cases = sim::cases_of(study);
-  refuse_unwritable_csv(options, cases);
+  refuse_existing_csv(options, cases);
   servo_params params = sim::checked_design(study, sim::controller_spec(options.controller),
                                             sim::design_options(study, options.seed, options.friction_parameter_error));
   if (options.controller == "pi_best") {
@@ -327,8 +325,10 @@ void add_run(CLI::App& app, int& code) {
   command->add_option("--seed", options->seed, "seed of all noise and parameter errors")
       ->check(sim::seed())
       ->capture_default_str();
-  command->add_option("--csv", options->csv,
-                      "file for the trace (CSV); for several speeds one file each, with the speed added to the name");
+  options->outputs = std::make_shared<sim::OutputFiles>(*command);
+  options->outputs->file(
+      "--csv", options->csv,
+      "file for the trace (CSV); for several speeds one file each, with the speed added to the name");
   command->add_option("--friction", options->friction, "friction model of the plant; default: that of the plant file")
       ->check(CLI::IsMember({"lugre", "maxwell_slip", "none"}));
   command
@@ -348,10 +348,9 @@ void add_identify(CLI::App& app, int& code) {
       "identify", "measure friction and inertia of both axes with the device's experiments, and design gains");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
   command->add_option("--seed", options->seed, "seed of all noise")->check(sim::seed())->capture_default_str();
-  command
-      ->add_option("--out", options->out_dir,
-                   "folder for recordings, results and residuals; each axis gets a subfolder")
-      ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
+  sim::OutputFiles(*command).folder("--out", options->out_dir,
+                                    "folder for recordings, results and residuals; each axis gets a subfolder",
+                                    {"azimuth/result.json", "pitch/result.json"});
   command->callback([options, &code] { code = identify(*options); });
 }
 
@@ -384,10 +383,9 @@ void add_target(CLI::App& command, ServeCommand& serving) {
       ->check([](const std::string& video) { return video.empty() ? "is empty: expected pgm-tcp:PORT" : ""; })
       ->needs(target)
       ->excludes(camera);
-  command
-      .add_option("--truth", serving.options.target.truth_csv,
-                  "with --target: file for the true error of the line of sight (CSV), a row per ms of the flight")
-      ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"))
+  sim::OutputFiles(command)
+      .file("--truth", serving.options.target.truth_csv,
+            "with --target: file for the true error of the line of sight (CSV), a row per ms of the flight")
       ->needs(target);
 }
 

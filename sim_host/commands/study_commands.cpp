@@ -9,6 +9,7 @@
 #include "base/job_pool.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "output_files.hpp"
 #include "studies/base_motion/base_motion.hpp"
 #include "studies/campaign/campaign.hpp"
 #include "studies/campaign/results.hpp"
@@ -151,12 +152,10 @@ void fig9_scan(const Fig9Options& options) {
 }
 
 // Options of every study, including its seeds.
-CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
+CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options, const std::string& file) {
   options.data_dir = TRACKSERVO_DATA_DIR;
   options.shipped_dir = TRACKSERVO_DATA_DIR;
-  command.add_option("--out", options.out_dir, "folder for the results")
-      ->required()
-      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  OutputFiles(command).folder("--out", options.out_dir, "folder for the results", {file})->required();
   command.add_option("--data", options.data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   add_threads(command, options.threads);
   return command.add_option("--seeds", options.seeds, "seeds to run")->check(seed())->capture_default_str();
@@ -246,7 +245,7 @@ void add_experiments(CLI::App& app) {
   auto options = std::make_shared<CampaignOptions>();
   auto quick = std::make_shared<bool>(false);
   CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
-  CLI::Option *seeds = add_study_options(*command, *options);
+  CLI::Option *seeds = add_study_options(*command, *options, "results.json");
   command->add_flag("--quick", *quick, "run one seed only, for a first look")->excludes(seeds);
   command->callback([options, quick] {
     if (*quick) {
@@ -265,7 +264,7 @@ void add_assumed_plants(CLI::App& app) {
       "identification-value",
       "study the value of identification: compensation with identified, exact and wrong friction parameters");
   command->alias("beliefs");
-  add_study_options(*command, *options)->expected(2, CLI::detail::expected_max_vector_size);
+  add_study_options(*command, *options, "beliefs.json")->expected(2, CLI::detail::expected_max_vector_size);
   command->callback([options] { assumed_plants(*options); });
 }
 
@@ -313,9 +312,7 @@ void add_random_plants(CLI::App& app) {
       ->excludes(identified)
       ->excludes(log);
   add_threads(*command, setup.threads);
-  command->add_option("--out", options->out_dir, "folder for the results")
-      ->required()
-      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  OutputFiles(*command).folder("--out", options->out_dir, "folder for the results", {"random_plants.json"})->required();
   command->callback([options, count, first, seeds] {
     options->all_seeds_given = count->count() + first->count() + seeds->count() > 0;
     random_plants(*options);
@@ -333,9 +330,7 @@ void add_fig9_scan(CLI::App& app) {
   command->add_option("--seed", setup.seed, "seed of the parameter sets")->check(seed())->capture_default_str();
   add_threads(*command, setup.threads);
   command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
-  command->add_option("--out", options->out_dir, "folder for fig9_scan.json")
-      ->required()
-      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  OutputFiles(*command).folder("--out", options->out_dir, "folder for fig9_scan.json", {"fig9_scan.json"})->required();
   command->callback([options] { fig9_scan(*options); });
 }
 
@@ -346,10 +341,9 @@ void add_node_tracking(CLI::App& app) {
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  command
-      ->add_option("--out", options->out_dir,
-                   "folder for node_tracking.json, and of the results.json that gets the rows")
-      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  OutputFiles(*command).folder("--out", options->out_dir,
+                               "folder for node_tracking.json, and of the results.json that gets the rows",
+                               {"node_tracking.json"});
   command->callback([options] { node_tracking(*options); });
 }
 
@@ -360,8 +354,7 @@ void add_base_motion(CLI::App& app) {
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  command->add_option("--out", options->out_dir, "folder for base_motion.json")
-      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  OutputFiles(*command).folder("--out", options->out_dir, "folder for base_motion.json", {"base_motion.json"});
   command->callback([options] { base_motion(*options); });
 }
 
@@ -372,8 +365,8 @@ void add_passes(CLI::App& app) {
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  command->add_option("--out", options->out_dir, "folder for passes.json, and of the results.json that gets the rows")
-      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  OutputFiles(*command).folder("--out", options->out_dir,
+                               "folder for passes.json, and of the results.json that gets the rows", {"passes.json"});
   command->callback([options] { passes(*options); });
 }
 

@@ -67,7 +67,7 @@ class IdentifyProgram:
         ]  # fmt: skip
         if identified is not None:
             words += ["--identified", str(identified), *(["--structure"] if structure else [])]
-        self._run([*words, "--json", str(plan)])
+        self._run([*words, *_written("--json", plan)])
         test_plan = read_test_plan(plan)
         test_plan.check(envelope, str(plan))
         return test_plan
@@ -76,7 +76,7 @@ class IdentifyProgram:
         self, recording: Path, result: Path, residuals: Path | None = None, structure: Path | None = None
     ) -> bool:
         """Whether every parameter was found; `result` is written in both cases."""
-        words = ["fit", str(recording), "--json", str(result)]
+        words = ["fit", str(recording), *_written("--json", result)]
         words += ["--residuals", str(residuals)] if residuals else []
         words += ["--structure", str(structure)] if structure else []
         return self._run(words, REFUSED_SOME) == FITTED
@@ -85,7 +85,7 @@ class IdentifyProgram:
         """The gains for given requirements, in the form of design.json."""
         words = ["design", "--identified", str(identified), "--wishes", str(requirements)]
         words += ["--parameters", str(parameters)]
-        self._run([*words, "--json", str(design)])
+        self._run([*words, *_written("--json", design)])
         return read_json(design, "trackservo-design")
 
     def _run(self, words: list[str], also_good: int = FITTED) -> int:
@@ -101,6 +101,11 @@ class IdentifyProgram:
                 f" {reason or f'{self.path} ended with {done.returncode} without a message'}"
             )
         return done.returncode
+
+
+def _written(option: str, file: Path) -> tuple[str, str, str]:
+    """The options for a result: servoctl has asked whether the user's files may be replaced."""
+    return option, str(file), "--overwrite"
 
 
 def read_json(path: Path, kind: str) -> Any:
