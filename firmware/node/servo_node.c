@@ -881,7 +881,7 @@ void servo_node_serve(servo_node *node) {
   }
 }
 
-/* An LSS master waits 20 ms, a client of 0x1010 a second. */
+/* An LSS master waits 20 ms, a client of 0x1010 0.3 s. */
 void servo_node_background(servo_node *node) {
   if (!bus_settings_log_step(&node->objects.bus.log)) {
     persisted_storage_background(&node->storage);
