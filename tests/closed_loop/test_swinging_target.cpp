@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <random>
 #include <vector>
 
 #include "fault_injection/driven_node.hpp"
 #include "fault_injection/shaking_gains.hpp"
+#include "support/moving_target.hpp"
 #include "support/test_size.h"
 #include "unity.h"
 
@@ -139,36 +139,17 @@ void test_a_target_that_stays_ahead_stops_no_axis() {
   }
 }
 
-// Targets that move already when the camera sees them first, off the centre of its picture; half of them hop, and half
-// of the cameras state a wrong age.
 void test_a_target_that_moves_already_stops_no_axis() {
   const int count = by_size(40, 300, 1000);
   for (int i = 0; i < count; ++i) {
-    std::mt19937_64 draw(static_cast<std::uint64_t>(i) + 1);
-    const auto between = [&draw](double low, double high) {
-      return std::uniform_real_distribution<double>(low, high)(draw);
-    };
-    const auto ticks = [&between](double low, double high) {
-      return static_cast<int>(std::lround(between(low, high)));
-    };
-    Camera camera;
-    camera.period_ticks = static_cast<int>(std::lround(100.0 * std::pow(0.02, between(0.0, 1.0))));
-    camera.age_ticks = ticks(5.0, 120.0);
-    camera.stated_ticks = i % 4 < 2 ? camera.age_ticks : std::max(0, camera.age_ticks + ticks(-100.0, 100.0));
-    const double rate_rad_s = std::copysign(0.005 * std::pow(20.0, between(0.0, 1.0)), between(-1.0, 1.0));
-    const double offset_rad = between(-0.005, 0.005);
-    const double hop_rad = i % 8 < 4 ? 0.0 : between(0.0, 0.003);
-    const int hop_ticks = ticks(50.0, 500.0);
-    Film film(i % 2 == 1, camera, static_cast<std::uint64_t>(i) + 1);
+    const MovingTarget target = moving_target(i);
+    Film film(i % 2 == 1, {target.period_ticks, target.age_ticks, target.stated_ticks},
+              static_cast<std::uint64_t>(i) + 1);
     film.enable();
     for (int tick = 0; tick < 2500; ++tick) {
-      film.tick(offset_rad + rate_rad_s * tick * sim::kTick_s + (tick / hop_ticks % 2 == 0 ? 0.0 : hop_rad));
+      film.tick(target.angle_rad(tick));
     }
-    const std::string text = fmt::format(
-        "{}: picture every {} ms, {} ms old, stated {}; {:.1f} mrad off, {:.4f} rad/s, hops {:.1f} mrad in {} ms", i,
-        camera.period_ticks, camera.age_ticks, camera.stated_ticks, 1e3 * offset_rad, rate_rad_s, 1e3 * hop_rad,
-        hop_ticks);
-    TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, film.fault(), text.c_str());
+    TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, film.fault(), fmt::format("{}: {}", i, target.text()).c_str());
   }
   std::printf("%d targets\n", count);
 }

@@ -5,7 +5,7 @@
 // begins its course at 1 s. Frames come over the bus, 20 ms after exposure. The figures are those of the tracking
 // experiment: standard deviation of target minus line of sight.
 //
-// TESTS_SIZE=large: the whole fly-by.
+// TESTS_SIZE=large: the whole fly-by, and 20 targets that move already.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +16,7 @@
 
 #include "board_steps.hpp"
 #include "rig.hpp"
+#include "support/moving_target.hpp"
 #include "support/test_size.h"
 #include "target/target_camera.hpp"
 #include "unity.h"
@@ -36,6 +37,7 @@ constexpr double kSendingPhase_s = 0.6e-3;  // from a tick of the board to the f
 constexpr double kBegins_s = 1.0;
 constexpr int kTracking = 0xFF;  // -1 as an 8-bit number
 constexpr double kUrad = 1e-6;
+constexpr double kPicture_rad = 0.032;
 
 using Error = std::array<double, sim::kAxes>;
 
@@ -190,11 +192,44 @@ void test_a_steep_pass_on_the_board_is_the_hosts() {
   compare("pass at 85 deg", steep_pass(), Gains{sim::kPassProportional_per_s, sim::kPassEstimator_rad_s}, {5.0, 5.0});
 }
 
+// The targets of test_swinging_target, in pictures of the azimuth; the pitch sees its target in the centre.
+void test_a_target_that_moves_already_stops_no_axis_of_the_board() {
+  const int count = by_size(1, 4, 20);
+  for (int i = 0; i < count; ++i) {
+    const MovingTarget target = moving_target(i);
+    BoardRig board(bench::tracker_plant(), static_cast<std::uint64_t>(i) + 1, false, {0.0, 0.0});
+    board.client.pass(bench::kBoot_ms);
+    TEST_ASSERT_TRUE(board.machine.run_after_tick(kSendingPhase_s));
+    set_up(board, std::nullopt);
+    board.client.start_node();
+    TEST_ASSERT_TRUE_MESSAGE(board.client.enable(kTracking), "both axes must be enabled");
+    sim::CameraSender sender(sim::kCameraCobId);
+    std::vector<double> errors_rad;  // of each tick
+    for (int tick = 0; tick < 2500; ++tick) {
+      errors_rad.push_back(target.angle_rad(tick) - board.truth().joint_angle_rad[sim::kAzimuth]);
+      const int exposed = tick - target.age_ticks;
+      if (exposed >= 0 && exposed % target.period_ticks == 0) {
+        const double seen_rad = errors_rad[static_cast<std::size_t>(exposed)];
+        const bool found = std::abs(seen_rad) < kPicture_rad;
+        board.client.send(
+            sender.frame_of({0.0, target.stated_ticks * sim::kTick_s, {found ? seen_rad : 0.0, 0.0}, found}));
+      }
+      board.client.pass(1);
+    }
+    const std::string text =
+        fmt::format("{}: {}, in the end {:.2f} mrad off", i, target.text(), 1e3 * errors_rad.back());
+    TEST_MESSAGE(text.c_str());
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, board.client.error_code(0), text.c_str());
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, board.client.error_code(1), text.c_str());
+  }
+}
+
 }  // namespace
 
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_the_fly_by_on_the_board_is_the_hosts);
   RUN_TEST(test_a_steep_pass_on_the_board_is_the_hosts);
+  RUN_TEST(test_a_target_that_moves_already_stops_no_axis_of_the_board);
   return UNITY_END();
 }
