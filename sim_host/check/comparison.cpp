@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "analysis/statistics.hpp"
 #include "check/results_file.hpp"
 #include "config/config_error.hpp"
+#include "text_file.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -104,8 +104,7 @@ std::size_t Comparison::count(ChangeKind kind) const {
 
 Baseline read_baseline(const std::filesystem::path& file) {
   try {
-    std::ifstream stream(file);
-    const nlohmann::json json = nlohmann::json::parse(stream);
+    const nlohmann::json json = nlohmann::json::parse(read_text(file));
     if (json.at("format") != kResultsFormat) {
       throw ConfigError(fmt::format("its format is not {}", kResultsFormat));
     }

@@ -98,6 +98,18 @@ class GainsReader {
     gains_.values.push_back(gain);
   }
 
+  // 2.0 is one, too, as for servoctl.
+  static std::optional<std::int64_t> whole_number(const toml::node& node) {
+    constexpr double kExact = 9007199254740992.0;  // below it a double has every whole number
+    if (node.is_integer()) {
+      return node.value<std::int64_t>();
+    }
+    const double value = node.value<double>().value_or(0.5);
+    return node.is_number() && value == std::floor(value) && std::abs(value) < kExact
+               ? std::optional(static_cast<std::int64_t>(value))
+               : std::nullopt;
+  }
+
   std::uint32_t bits_of(const toml::node& node, const od_entry& entry, const std::string& name) const {
     const auto refuse = [&](const std::string& reason) {
       return gains_.lines.error(name, reason, "give " + range_text(entry));
@@ -120,14 +132,14 @@ class GainsReader {
       std::memcpy(&bits, &value, sizeof bits);
       return bits;
     }
-    if (!node.is_integer()) {
+    const std::optional<std::int64_t> value = whole_number(node);
+    if (!value) {
       throw refuse("is not a whole number");
     }
-    const std::int64_t value = *node.value<std::int64_t>();
-    if (value < entry.low.i || value > entry.high.i) {
-      throw refuse(fmt::format("{} is out of range", value));
+    if (*value < entry.low.i || *value > entry.high.i) {
+      throw refuse(fmt::format("{} is out of range", *value));
     }
-    return static_cast<std::uint32_t>(value);
+    return static_cast<std::uint32_t>(*value);
   }
 
   TomlReader reader_;

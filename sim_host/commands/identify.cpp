@@ -23,6 +23,7 @@
 #include "identification/result_json.hpp"
 #include "test_plan/test_plan_json.hpp"
 #include "test_plan/test_plan_text.hpp"
+#include "text_file.hpp"
 
 namespace identification = trackservo::identification;
 namespace commissioning = trackservo::commissioning;
@@ -96,18 +97,15 @@ struct PlanOptions {
 
 // Results of a first look, from its file.
 commissioning::RoughMachine load_rough_machine(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) {
-    throw std::runtime_error(
-        fmt::format("{}: cannot be opened; give the file that 'identify fit --json' wrote.", path));
-  }
   try {
-    const nlohmann::json result = nlohmann::json::parse(file);
+    const nlohmann::json result = nlohmann::json::parse(trackservo::read_text(path));
     if (result.at("format") != "trackservo-identification" || result.at("version") != 1) {
       throw std::runtime_error(fmt::format("{}: is not of format trackservo-identification, version 1.", path));
     }
     const nlohmann::json& rough = result.at("rough");
     return {rough.at("coulomb_nm"), rough.at("bristle_rad"), rough.at("stribeck_rad_s"), rough.at("inertia_kg_m2")};
+  } catch (const trackservo::TextFileError& error) {
+    throw std::runtime_error(fmt::format("{}:{}: {}.", path, error.line(), error.what()));
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(
         fmt::format("{}: is not a result of 'identify fit --json' with a block \"rough\" ({}).", path, error.what()));

@@ -145,3 +145,14 @@ def test_a_gains_file_has_the_same_names_for_servoctl_and_for_the_gate(gate: Gat
     write_gains(saved, values, {"node": 1})
     verdict = gate.check(*FEW, "--limits", LIMITS, "--gains", saved)
     assert verdict.code == 0, verdict.err + str(verdict.failures)
+
+
+def test_a_whole_number_may_be_written_with_a_point_as_for_servoctl(gate: Gate, tmp_path: Path) -> None:
+    """The rate estimator's window is 2 to 16 angles: 2.0 gets as far as the wrong limits."""
+    gains = tmp_path / "gains.toml"
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("nonsense = 1\n")
+    for written, says in (("2.0", "nonsense"), ("2.5", "is not a whole number"), ("17.0", "17 is out of range"), ("true", "is not a whole number")):
+        gains.write_text(f"[azimuth.rate_sensors]\nestimator_window = {written}\n")
+        done = gate.check("--gains", gains, "--limits", wrong)
+        assert done.code == 2 and says in done.err, (written, done.err)

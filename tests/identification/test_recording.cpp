@@ -34,7 +34,7 @@ void expect_refusal(const std::string& text, const char *beginning, const char *
 void test_rows_are_read_and_a_gap_begins_a_new_stretch() {
   const identification::Recording recording = read(kHeader +
                                                    "0.000,1,1,0.1,0.5,0.51,2.5,0.5\n"
-                                                   "0.001,1,1,0.1005,0.5,,2.5,0.5\r\n"
+                                                   "0.001,1,1,0.1005,0.5,,2.5,0.5\n"
                                                    "0.500,2,3,0.2,0.5,nan,-1e-3,0\n"
                                                    "0.501,2,3,0.2005,0.5,0.5,1,0\n");
   TEST_ASSERT_EQUAL(4, recording.ticks());

@@ -1,17 +1,17 @@
 #include "gain_design/input_file.hpp"
 
-#include <fstream>
-#include <iterator>
 #include <utility>
+
+#include "text_file.hpp"
 
 namespace trackservo::gain_design {
 
 InputFile load_input_file(const std::string& path) {
-  std::ifstream stream(path);
-  if (!stream) {
-    throw InputFile{path, {}}.error("cannot be read; give the path of a JSON file");
+  try {
+    return parse_input_file(path, read_text(path));
+  } catch (const TextFileError& error) {
+    throw InputFile{path, {}}.error(error.what());
   }
-  return parse_input_file(path, std::string(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()));
 }
 
 InputFile parse_input_file(std::string name, std::string_view text) {

@@ -8,7 +8,10 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <sstream>
 #include <string_view>
+
+#include "text_file.hpp"
 
 namespace trackservo::identification {
 
@@ -58,9 +61,6 @@ class Reader {
       return false;
     }
     ++line_;
-    if (!line.empty() && line.back() == '\r') {
-      line.pop_back();
-    }
     return true;
   }
 
@@ -213,11 +213,12 @@ std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double max_s
 Recording read_recording(std::istream& input, const std::string& name) { return Reader(input, name).read(); }
 
 Recording load_recording(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) {
-    throw RecordingError(fmt::format("{}: cannot be opened; give the path of a recording in CSV.", path));
+  try {
+    std::istringstream text(read_text(path));
+    return read_recording(text, path);
+  } catch (const TextFileError& error) {
+    throw RecordingError(fmt::format("{}:{}: {}.", path, error.line(), error.what()));
   }
-  return read_recording(file, path);
 }
 
 void write_recording(const Recording& recording, const std::string& path) {

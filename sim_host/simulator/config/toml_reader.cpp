@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <utility>
+
+#include "text_file.hpp"
 
 namespace trackservo::sim {
 
@@ -53,11 +53,11 @@ std::size_t edits_between(const std::string& a, const std::string& b) {
 }
 
 std::string text_of(const std::filesystem::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(path)) {
-    throw ConfigError(fmt::format("{}:1: file: cannot be read, give the path of an existing TOML file", path.string()));
+  try {
+    return read_text(path);
+  } catch (const TextFileError& error) {
+    throw ConfigError(fmt::format("{}:{}: file: {}", path.string(), error.line(), error.what()));
   }
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace
