@@ -389,8 +389,13 @@ static bool reset(void *context, bool whole_node, uint32_t step) {
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
     node->axis[i].left_alone = false;
+    node->axis[i].tuning.command = whole_node ? 0 : node->axis[i].tuning.command;
     node->axis[i].reports = (fault_reports){0}; /* the bus has lost its reports: a fault that lasts is reported again */
   }
+  if (whole_node) {
+    tracking_forget(&node->tracking);
+  }
+  node->camera_is_stale = false;
   report_stored(node);
   if ((whole_node || !node->started) && (lost_parameters(node) & ~COB_IDS_COLLIDE) != 0) {
     command_fault(node, FAULT_PARAMETERS_LOST); /* older limits may be wrong: somebody must acknowledge it */
@@ -850,12 +855,23 @@ static void limit_motion(servo_node *node) {
   show_envelope(&axis->limits, &axis->monitor);
 }
 
+static void report_camera(servo_node *node) {
+  const bool stale = tracking_is_stale(&node->tracking);
+  if (stale && !node->camera_is_stale) {
+    servo_node_report(node, FAULT_CAMERA_STALE, node->tracking.objects.last_drop, true);
+  } else if (!stale && node->camera_is_stale) {
+    (void)canopen_node_clear(&node->canopen, SOURCE_BOARD, fault_table[FAULT_CAMERA_STALE].code);
+  }
+  node->camera_is_stale = stale;
+}
+
 void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
   }
   tracking_report(&node->tracking, &node->axis[SERVO_AZIMUTH].drive, &node->axis[SERVO_PITCH].drive,
                   node->objects.ticks);
+  report_camera(node);
   tracking_prepare(&node->tracking, &node->board.app.params, azimuth_swing_kg_m2(node),
                    node->axis[SERVO_AZIMUTH].tuning.changes + node->axis[SERVO_PITCH].tuning.changes);
   node->objects.ticks++;

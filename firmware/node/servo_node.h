@@ -72,7 +72,8 @@ typedef struct {
   const hal_flash *flash;     /* as configured */
   hal_scales scales;          /* 0x3060 */
   master_objects master;      /* 0x3040, 0x3041 */
-  target_tracking tracking;   /* 0x3070 .. 0x3074 */
+  target_tracking tracking;   /* 0x3070 .. 0x3075 */
+  bool camera_is_stale;       /* reported as such */
   clock_objects clock;        /* 0x1013 */
   master_owner master_part;
   bool cob_ids_collide; /* the stored ones did at the last reset: the defaults are in force */

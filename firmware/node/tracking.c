@@ -2,12 +2,21 @@
 
 #include "base/scalar.h"
 
-enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500 };
+enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500, STALE_DROPS = 8, STALE_TICKS = 1000 };
 
 void tracking_start(target_tracking *self, hal *machine) {
   self->machine = machine;
   exposure_clock_reset(&self->clock);
   strobe_log_reset(&self->strobe);
+}
+
+void tracking_forget(target_tracking *self) {
+  camera_input_reset(&self->frames);
+  camera_delay_reset(&self->delay);
+  self->objects.dither_s = 0;
+  self->picture = (frozen_picture){0};
+  self->arrived = false;
+  self->stale = false;
 }
 
 static void take_strobes(target_tracking *self) {
@@ -39,10 +48,15 @@ static int32_t find_age(target_tracking *self) {
 
 static void changed(void *owner, const od_object *object) {
   target_tracking *self = owner;
-  if (camera_objects_hand_over(object)) {
-    self->exposure_age = find_age(self);
-    self->arrived = true;
+  if (!camera_objects_hand_over(object)) {
+    return;
   }
+  if (frozen_picture_shows(&self->picture, &self->objects.message)) {
+    camera_input_refuse(&self->frames, CAMERA_FROZEN);
+    return;
+  }
+  self->exposure_age = find_age(self);
+  self->arrived = true;
 }
 
 static unsigned needed(const od_object *object) { return camera_objects_hand_over(object) ? OD_HOOK_CHANGED : 0u; }
@@ -258,8 +272,36 @@ static void look_ahead(target_tracking *self, const drive_axis *azimuth, const d
   pointing_tracker_prepare(&self->line_of_sight.tracker, loop, self->target.error_of_joints_rad, SERVO_TICK_S);
 }
 
+/* Before the objects have the counts of this tick. */
+static void look_for_a_frozen_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
+                                      uint32_t tick) {
+  if (self->frames.taken == self->objects.taken) {
+    return;
+  }
+  const camera_input_params *params = &self->objects.params;
+  const image_vector error = camera_input_error(&self->frames, params, &self->objects.message);
+  const joint_place joints = {.azimuth = (angle_turn32)azimuth->position, .pitch = (angle_turn32)pitch->position};
+  frozen_picture_take(&self->picture, &self->objects.message, scalar_max(scalar_abs(error.x), scalar_abs(error.y)),
+                      params->scale_rad, joints, tick);
+}
+
+/* Likewise. */
+static void count_drops(target_tracking *self, bool tracks) {
+  const uint32_t dropped = self->frames.dropped - self->objects.dropped;
+  if (!tracks || self->frames.taken != self->objects.taken) {
+    self->drops = 0;
+  }
+  self->drops = (uint16_t)(tracks && self->drops < STALE_DROPS ? self->drops + dropped : self->drops);
+  self->quiet_ticks = (uint16_t)(dropped == 0 && self->quiet_ticks < STALE_TICKS ? self->quiet_ticks + 1 : 0);
+  self->stale = tracks && (self->drops >= STALE_DROPS || (self->stale && self->quiet_ticks < STALE_TICKS));
+}
+
+bool tracking_is_stale(const target_tracking *self) { return self->stale; }
+
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
   camera_objects *objects = &self->objects;
+  count_drops(self, azimuth->tracking != DRIVE_NOT_TRACKING || pitch->tracking != DRIVE_NOT_TRACKING);
+  look_for_a_frozen_picture(self, azimuth, pitch, tick);
   objects->taken = self->frames.taken;
   objects->missed = self->frames.missed;
   objects->dropped = self->frames.dropped;

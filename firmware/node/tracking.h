@@ -14,6 +14,7 @@
 #include "node/return_prediction.h"
 #include "node/turn_back.h"
 #include "servo/exposure_clock.h"
+#include "servo/frozen_picture.h"
 #include "servo/pointing.h"
 #include "servo/servo_board.h"
 
@@ -25,6 +26,10 @@ typedef struct {
   bool arrived;         /* a frame waits for the tick */
   int32_t exposure_age; /* its age then, 10 us */
   camera_input frames;
+  frozen_picture picture;
+  uint16_t drops;       /* frames in a row that did not count while an axis tracked */
+  uint16_t quiet_ticks; /* since the last of them */
+  bool stale;           /* so many of them that the axes follow nothing */
   camera_delay delay;
   pointing line_of_sight;
   pointing_motion motion; /* of this tick, while `together` */
@@ -42,6 +47,9 @@ typedef struct {
 /* Initialises tracking. Call before the first frame. */
 void tracking_start(target_tracking *self, hal *machine);
 
+/* Forgets all frames, and what was counted and found with them: a reset of the node. */
+void tracking_forget(target_tracking *self);
+
 /* Of the part of the camera's objects; its owner is the `target_tracking`. */
 extern const od_hooks tracking_hooks;
 
@@ -54,6 +62,9 @@ void tracking_command(const target_tracking *self, int axis, drive_axis *drive, 
 
 /* Writes what the bus can read. */
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick);
+
+/* Returns whether frames come to an axis that tracks, but do not count; until none has been dropped for a second. */
+bool tracking_is_stale(const target_tracking *self);
 
 /* Prepares tracking with these gains, so that the tick in which it begins need not. Call while the axes do not track
  * together; gains that change while they do take effect the next time. `azimuth_swing_kg_m2`: what the pitch body adds

@@ -78,6 +78,8 @@ typedef enum {
   FAULT_TOO_FAST = 52,
   FAULT_STOP_IGNORED = 53,
   FAULT_BRAKING_FAILS = 54,
+  /* the camera */
+  FAULT_CAMERA_STALE = 55,
   FAULT_COUNT
 } fault_id;
 

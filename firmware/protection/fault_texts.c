@@ -504,6 +504,21 @@ const fault_text fault_texts[FAULT_COUNT] = {
              "After mode -1: mend sign, age and filter of the image processor first. Else restore a gains file that "
              "worked, or identify and tune again (servoctl tune). Lower 2000:1 and 2020:4 if the load has changed.",
          .clear = RESET},
+    [FAULT_CAMERA_STALE] =
+        {.name = "camera frames do not count",
+         .owner = FAULT_OF_BOARD,
+         .reported_once = false,
+         .detection = "Eight frames of the camera in a row did not count. The detail is the reason, 3072:4.",
+         .when = "While an axis is in operation in mode -1.",
+         .timer = "",
+         .cause = "The image processor has frozen and repeats a picture or its counter, restarts again and again, or a "
+                  "second one sends with the same identifier.",
+         .check =
+             "Read 3072:4. Does 3070:5 advance by one with each frame, and do 3070:1 and 3070:2 change when the axes "
+             "move?",
+         .cure = "Restart the image processor. The axes coast for 2011:5, then stop; they follow the next frame that "
+                 "counts.",
+         .clear = "No frame has been dropped for a second, or no axis tracks."},
     [FAULT_GAINS_TAKEN_BACK] =
         {.name = "gains taken back",
          .reported_once = true,

@@ -18,9 +18,13 @@ control_status camera_input_check(const camera_input_params *params) {
 
 void camera_input_reset(camera_input *input) { *input = (camera_input){0}; }
 
-static pointing_frame drop(camera_input *input, camera_drop why) {
+void camera_input_refuse(camera_input *input, camera_drop why) {
   input->dropped++;
   input->last_drop = why;
+}
+
+static pointing_frame drop(camera_input *input, camera_drop why) {
+  camera_input_refuse(input, why);
   return (pointing_frame){0};
 }
 
@@ -57,6 +61,19 @@ static camera_alignment alignment_of(camera_input *input, const camera_mounting 
   return (camera_alignment){.roll = input->roll, .boresight = mounting->boresight};
 }
 
+/* Inlined: in a tick with a frame each instruction counts. */
+static inline image_vector error_of(camera_input *input, const camera_input_params *params,
+                                    const camera_message *message) {
+  const camera_alignment alignment = alignment_of(input, &params->mounting);
+  const image_vector measured = {.x = (float)message->x * params->scale_rad,
+                                 .y = (float)message->y * params->scale_rad};
+  return camera_error(&alignment, measured);
+}
+
+image_vector camera_input_error(camera_input *input, const camera_input_params *params, const camera_message *message) {
+  return error_of(input, params, message);
+}
+
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
                                  int32_t age) {
   if (message->quality > CAMERA_BEST_QUALITY) {
@@ -73,11 +90,8 @@ pointing_frame camera_input_take(camera_input *input, const camera_input_params 
     return drop(input, CAMERA_NOT_NEWER);
   }
   input->taken++;
-  const camera_alignment alignment = alignment_of(input, &params->mounting);
-  const image_vector measured = {.x = (float)message->x * params->scale_rad,
-                                 .y = (float)message->y * params->scale_rad};
-  return (pointing_frame){.fresh = true,
-                          .valid = message->quality >= params->min_quality,
-                          .age_ticks = age_ticks,
-                          .error = camera_error(&alignment, measured)};
+  const image_vector error = error_of(input, params, message);
+  const bool ahead = error.x * error.x + error.y * error.y < SCALAR_PI * SCALAR_PI;
+  return (pointing_frame){
+      .fresh = true, .valid = message->quality >= params->min_quality && ahead, .age_ticks = age_ticks, .error = error};
 }

@@ -46,14 +46,16 @@ typedef enum {
   CAMERA_TOO_OLD = 2,     /* its exposure is not in the history of the line of sight */
   CAMERA_IN_FUTURE = 3,   /* exposed after now */
   CAMERA_BAD_QUALITY = 4, /* above CAMERA_BEST_QUALITY */
-  CAMERA_CLOCK_SET = 5    /* its stamp has two readings, because the node's clock has just been set */
+  CAMERA_CLOCK_SET = 5,   /* its stamp has two readings, because the node's clock has just been set */
+  CAMERA_FROZEN = 6       /* servo/frozen_picture.h */
 } camera_drop;
 
 typedef struct {
   float scale_rad; /* image error of one count, 1e-9 .. 1e-3 */
   camera_mounting mounting;
-  uint8_t time;        /* camera_time */
-  uint8_t min_quality; /* a target of less counts as not found, 1 .. CAMERA_BEST_QUALITY */
+  uint8_t time; /* camera_time */
+  uint8_t
+      min_quality; /* a target of less counts as not found, 1 .. CAMERA_BEST_QUALITY; so does one beyond half a turn */
 } camera_input_params;
 
 typedef struct {
@@ -83,6 +85,12 @@ control_status camera_input_check(const camera_input_params *params);
 
 /* Forgets all messages. */
 void camera_input_reset(camera_input *input);
+
+/* Returns how far the target is from where it is to be held, by a message. */
+image_vector camera_input_error(camera_input *input, const camera_input_params *params, const camera_message *message);
+
+/* Drops a message that never gets to camera_input_take. */
+void camera_input_refuse(camera_input *input, camera_drop why);
 
 /* Takes a message whose exposure is `age` old in this tick, in 10 us; negative: later. Returns its frame, which is
  * fresh if the message counts. */

@@ -158,15 +158,15 @@ static void receive_words(uint32_t id, int32_t first, int32_t second) {
   receive(id, sizeof words, words);
 }
 
-/* RPDO4 in tracking, 21 ms old: an image error of 50 and -30 urad, or that of a target that goes round the tracker at
- * 0.05 rad/s, while it is in the picture. */
+/* RPDO4 in tracking, 21 ms old: an image error of 50 or 51 and -30 urad, or that of a target that goes round the
+ * tracker at 0.05 rad/s, while it is in the picture. */
 static void receive_picture(uint8_t counter, bool goes_round) {
   const uint32_t turn32_per_ms = 34181;
   const float edge_rad = 0.02f;
   const float ahead_rad = angle_difference_rad(b.tick < SETS_OFF ? 0 : (b.tick - SETS_OFF) * turn32_per_ms,
                                                b.axis[SERVO_AZIMUTH].samples.joint_angle_turn32);
   const bool seen = !goes_round || fabsf(ahead_rad) < edge_rad;
-  const int16_t x = goes_round && seen ? (int16_t)(1e6f * ahead_rad) : 50;
+  const int16_t x = goes_round && seen ? (int16_t)(1e6f * ahead_rad) : (int16_t)(50 + counter % 2);
   const uint8_t picture[8] = {(uint8_t)x, (uint8_t)((uint16_t)x >> 8), 0xE2, 0xFF, 0x34, 0x08, seen ? 90 : 0, counter};
   receive(0x500 + NODE_ID, sizeof picture, picture);
 }

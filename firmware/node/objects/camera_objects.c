@@ -48,14 +48,15 @@ static const od_entry kEntries[] = {
         "Where the exposure's time comes from: 0: 3070:3 is its age when the frame arrives; 1: 3070:3 is 3072:8 at the "
         "exposure; 2, 3: the strobe (3074), and 3070:3 as with 0, 1 for a frame without one"),
     SETS(OD_U8, 6, params.min_quality, 1, 100, 1, "%", "Camera minimum quality",
-         "A target of less counts as not found"),
+         "A target of less counts as not found, and one that is more than half a turn away"),
     OD_RECORD_HEAD(0x3072, 8, "Camera state", "What became of the camera frames, and of tracking"),
     REPORTS(OD_U32, 1, taken, U32_HIGHEST, "", "Camera frames taken", "Frames that counted"),
     REPORTS(OD_U32, 2, missed, U32_HIGHEST, "", "Camera frames missed", "Counters that were skipped"),
     REPORTS(OD_U32, 3, dropped, U32_HIGHEST, "", "Camera frames dropped", "Frames that did not count, see 3072:4"),
-    REPORTS(OD_U8, 4, last_drop, 5, "", "Camera last drop",
-            "Why: 0: none dropped; 1: not newer than the last one; 2: older than 127 ms; 3: exposed later than now; "
-            "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways"),
+    REPORTS(
+        OD_U8, 4, last_drop, 6, "", "Camera last drop",
+        "Why: 0: none dropped; 1: not newer than the last one; 2: older than 127 ms; 3: exposed later than now; "
+        "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways; 6: a frozen picture"),
     REPORTS(OD_U8, 5, azimuth_tracking, 5, "", "Azimuth tracking state",
             "0: not tracking; 1: searching; 2: acquiring; 3: on target; 4: coasting; 5: target lost"),
     REPORTS(OD_U8, 6, pitch_tracking, 5, "", "Pitch tracking state", "As 3072:5"),

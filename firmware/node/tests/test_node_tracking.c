@@ -187,6 +187,70 @@ static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
 }
 
 /* Half a second (2011:5) it goes on as estimated, then it stands; the target appears again 30 mrad on. */
+/* The newest error of 1003 and of the board's, with the reason as its detail. */
+static uint32_t newest_error(void) { return get(0x1003, 1); }
+
+/* The image processor sends its last picture again and again, with counters that advance. */
+static void send_frozen_for(unsigned duration_ms, int16_t counts) {
+  for (unsigned i = 0; i < duration_ms; ++i) {
+    if (world.ms % FRAME_MS == 0) {
+      send_frame(0.0, 1e-6 * counts, 0.0, true);
+    }
+    wait_ms(1);
+    world.ms++;
+  }
+}
+
+/* 5 mrad: from 0.5 s on no frame counts; the pitch coasts for 2011:5, and stops after 0.13 rad in all. Taken for a
+ * target it turned on for ever. */
+static void test_a_frozen_picture_stops_the_axis_that_it_drives(void) {
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(2000);
+  send_frozen_for(6000, 5000);
+  const double stopped_rad = joint_rad(1);
+  TEST_ASSERT_EQUAL(6, get(CAMERA_STATE, LAST_DROP));
+  TEST_ASSERT_EQUAL(TARGET_LOST, get(CAMERA_STATE, AZIMUTH_STATE + 1));
+  TEST_ASSERT_TRUE(fabs(stopped_rad) < 0.2);
+  TEST_ASSERT_EQUAL_HEX16(0x7000, newest_error() & 0xFFFF);
+  TEST_ASSERT_EQUAL_HEX8(6, newest_error() >> 16 & 0xFF);
+  send_frozen_for(1000, 5000);
+  CHECK_NEAR("stands, rad", stopped_rad, joint_rad(1), 1e-5);
+  world.pitch_rad = joint_rad(1) + 1e-3; /* the sender sees again */
+  follow_for(3000);
+  TEST_ASSERT_EQUAL(ON_TARGET, get(CAMERA_STATE, AZIMUTH_STATE + 1));
+  CHECK_NEAR("pitch, rad", world.pitch_rad, joint_rad(1), 5e-6);
+  TEST_ASSERT_EQUAL_HEX8(0, get(0x1001, 0));
+}
+
+static void test_a_counter_that_stands_is_told(void) {
+  enable(PITCH, TRACKING);
+  follow_for(1000);
+  for (int i = 0; i < 20; ++i) {
+    world.counter--;
+    send_frame(0.0, 3e-3, 0.0, true);
+    wait_ms(FRAME_MS);
+  }
+  TEST_ASSERT_EQUAL_HEX16(0x7000, newest_error() & 0xFFFF);
+  TEST_ASSERT_EQUAL_HEX8(1, newest_error() >> 16 & 0xFF);
+}
+
+static void test_a_reset_of_the_node_forgets_the_frames(void) {
+  follow_for(500);
+  world.counter--;
+  send_frame(0.0, 0.0, 0.0, true);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, DROPPED));
+  nmt(0x82); /* of the communication */
+  wait_ms(100);
+  TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, DROPPED));
+  nmt(0x81);
+  wait_ms(100);
+  for (uint8_t sub = TAKEN; sub <= LAST_DROP; ++sub) {
+    TEST_ASSERT_EQUAL(0, get(CAMERA_STATE, sub) & 0xFF);
+  }
+}
+
 static void test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again(void) {
   world.rate_rad_s = 0.02;
   enable(0, TRACKING);
@@ -449,6 +513,9 @@ int main(void) {
   RUN_TEST(test_a_lost_heartbeat_stops_an_axis_that_the_camera_leads);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
+  RUN_TEST(test_a_frozen_picture_stops_the_axis_that_it_drives);
+  RUN_TEST(test_a_counter_that_stands_is_told);
+  RUN_TEST(test_a_reset_of_the_node_forgets_the_frames);
   RUN_TEST(test_the_rate_changes_by_the_profile_acceleration_at_most);
   RUN_TEST(test_a_target_beyond_the_travel_is_followed_to_its_end);
   RUN_TEST(test_at_the_end_of_the_travel_the_azimuth_stays_as_delivered);

@@ -53,6 +53,14 @@ static void test_an_exposure_that_is_later_or_not_known_does_not_count(void) {
   TEST_ASSERT_TRUE(camera_input_take(&input, &params, &message, 0).fresh);
 }
 
+/* 1 mrad per count would make five turns of the farthest place. */
+static void test_a_target_beyond_half_a_turn_counts_as_not_found(void) {
+  params.scale_rad = 1e-3f;
+  TEST_ASSERT_TRUE(give((camera_message){.x = 3141, .time = 3000, .quality = 100, .counter = 1}).valid);
+  TEST_ASSERT_FALSE(give((camera_message){.x = -3142, .time = 3000, .quality = 100, .counter = 2}).valid);
+  TEST_ASSERT_FALSE(give((camera_message){.x = 2300, .y = 2300, .time = 3000, .quality = 100, .counter = 3}).valid);
+}
+
 static void test_a_frame_older_than_the_history_does_not_count(void) {
   TEST_ASSERT_EQUAL(127, give((camera_message){.time = 12749, .quality = 9, .counter = 1}).age_ticks);
   TEST_ASSERT_FALSE(give((camera_message){.time = 12750, .quality = 9, .counter = 2}).fresh);
@@ -152,6 +160,7 @@ int main(void) {
   RUN_TEST(test_a_frame_has_age_and_errors_in_rad);
   RUN_TEST(test_roll_and_boresight_are_those_of_the_camera);
   RUN_TEST(test_an_exposure_that_is_later_or_not_known_does_not_count);
+  RUN_TEST(test_a_target_beyond_half_a_turn_counts_as_not_found);
   RUN_TEST(test_a_frame_older_than_the_history_does_not_count);
   RUN_TEST(test_quality_decides_whether_there_is_a_target);
   RUN_TEST(test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted);

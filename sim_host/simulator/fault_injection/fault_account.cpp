@@ -12,6 +12,7 @@ std::vector<FaultTest> list_tests() {
   const std::string envelope = "firmware/protection/tests/test_envelope.c";
   const std::string end_stops = "tests/closed_loop/test_end_stops.cpp";
   const std::string moving = "tests/target/test_board_moving.cpp";
+  const std::string tracking = "firmware/node/tests/test_node_tracking.c";
   const std::string torque = "tests/target/test_board_safe_torque.cpp";
   const std::string store = "tests/store/test_stored_set.c";
   const std::string witness = "tests/closed_loop/test_witness.cpp";
@@ -48,6 +49,7 @@ std::vector<FaultTest> list_tests() {
       {FAULT_ENCODER_ERRATIC, witness, "test_an_encoder_that_is_wrong_in_some_ticks_is_named"},
       {FAULT_STANDSTILL_LEFT, witness, "test_an_axis_that_is_pushed_out_of_its_standstill_is_found"},
       {FAULT_REDUCED_SPEED, witness, "test_reduced_speed_is_monitored_when_it_is_selected"},
+      {FAULT_CAMERA_STALE, tracking, "test_a_frozen_picture_stops_the_axis_that_it_drives"},
       {FAULT_ACTIVE_SET, witness, "test_every_bit_that_flips_in_the_active_set_is_found_and_its_motion_bounded"},
   };
 }

@@ -25,6 +25,7 @@ DROPS = {
     2: "they are older than 127 ms when they arrive",
     3: "they were exposed later than now: does 3071:5 fit the sender's time?",
     4: "their quality is above 100 %",
+    6: "its picture is frozen: the target's place in it does not change while the axes move; restart the image processor",
 }
 """Why a frame does not count, by 3072:4."""
 UNKNOWN_INTERVAL = 65535
