@@ -105,6 +105,18 @@ def measure_step(page: Page) -> None:
     press(page.get_by_role("button", name="Move", exact=True))
 
 
+def measure_undisturbed_step(page: Page) -> None:
+    """Again, as its reader would, while a busy computer has disturbed both directions."""
+    note = page.locator("#step-note")
+    for _ in range(5):
+        measure_step(page)
+        wait_for_text(note, "the step runs")
+        wait_for_text(note, "measured")
+        if note.inner_text() != "not measured":
+            return
+    raise AssertionError("five steps were disturbed")
+
+
 def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server, browser: Browser) -> None:
     """A held Enter opens the plan and does not confirm it; an empty field is not 0, and 12,5 is not 125."""
     with opened(browser, server) as page:
@@ -139,8 +151,7 @@ def test_steps_before_and_after_are_shown_together(servo: Bench, server: Server,
         take_command(page)
         rows = page.locator("#step-table tbody tr")
         for shown in ("ward", ", before"):  # forward or backward: on a busy computer one of them may be disturbed
-            measure_step(page)
-            wait_for_text(page.locator("#step-note"), "measured;")
+            measure_undisturbed_step(page)
             wait_for_text(rows.last, shown)
         rise_ms = [float(row.locator("td").nth(2).inner_text()) for row in rows.all()]
         assert all(1.0 < rise < 60.0 for rise in rise_ms), rise_ms
