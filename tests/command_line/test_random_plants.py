@@ -16,7 +16,7 @@ GOOD, WRONG_INPUT = 0, 2
 
 
 def random_plants(folder, *options):
-    return subprocess.run([SIM_HOST, "random-plants", "--out", folder / "out", *map(str, options)], capture_output=True,
+    return subprocess.run([SIM_HOST, "random-plants", "--overwrite", "--out", folder / "out", *map(str, options)], capture_output=True,
                           text=True, timeout=300)
 
 
