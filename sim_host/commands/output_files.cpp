@@ -107,6 +107,12 @@ CLI::Option *OutputFiles::folder(const std::string& option, fs::path& path, cons
   return added;
 }
 
-void OutputFiles::check(const std::string& option, const fs::path& file) const { names_->check(option, file); }
+void OutputFiles::check(const std::string& option, const fs::path& file) const {
+  const std::string problem = output_file_problem(file);
+  if (!problem.empty()) {
+    refuse(option, problem);
+  }
+  names_->check(option, file);
+}
 
 }  // namespace trackservo::sim

@@ -78,8 +78,6 @@ std::string with_line_feeds(const std::string& text) {
   return result;
 }
 
-}  // namespace
-
 std::string text_of_bytes(const std::string& bytes) {
   std::string text = with_line_feeds(decoded(bytes));
   while (!text.empty() && (text.back() == '\0' || text.back() == kDosEnd)) {
@@ -94,6 +92,8 @@ std::string text_of_bytes(const std::string& bytes) {
   }
   return text;
 }
+
+}  // namespace
 
 std::string read_text(const std::filesystem::path& path) {
   std::error_code ignored;

@@ -24,9 +24,6 @@ class TextFileError : public std::runtime_error {
 // or has another NUL in it.
 std::string read_text(const std::filesystem::path& path);
 
-// The same for bytes that were read.
-std::string text_of_bytes(const std::string& bytes);
-
 }  // namespace trackservo
 
 #endif

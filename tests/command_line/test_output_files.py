@@ -1,18 +1,11 @@
 """No option of sim_host or identify that names a file to write replaces one that exists, unless --overwrite asks for it,
 and none replaces what the same command reads."""
 
-import os
-import pathlib
 import subprocess
 
 import pytest
+from programs import PROGRAMS, PROJECT, WRONG_INPUT
 
-PROJECT = pathlib.Path(__file__).parents[2]
-PROGRAMS = {
-    "sim_host": os.environ.get("SIM_HOST", str(PROJECT / "build/host/bin/sim_host")),
-    "identify": os.environ.get("IDENTIFY", str(PROJECT / "build/host/bin/identify")),
-}
-WRONG_INPUT = {"sim_host": 2, "identify": 1}
 MINE = "of the user\n"
 SCENARIOS = PROJECT / "sim_host/scenarios"
 RANGE = "--lowest-rad -1 --highest-rad 1 --torque-nm 100 --fastest-rad-s 1"

@@ -3,17 +3,12 @@ one, with the same line."""
 
 import codecs
 import os
-import pathlib
 import subprocess
 import threading
 
 import pytest
+from programs import PROGRAMS, PROJECT, WRONG_INPUT
 
-PROJECT = pathlib.Path(__file__).parents[2]
-PROGRAMS = {
-    "sim_host": os.environ.get("SIM_HOST", str(PROJECT / "build/host/bin/sim_host")),
-    "identify": os.environ.get("IDENTIFY", str(PROJECT / "build/host/bin/identify")),
-}
 PLANT, SCENARIO = PROJECT / "sim_host/plants/tracker.toml", PROJECT / "sim_host/scenarios/sine.toml"
 HEADER = "time_s,run,kind,joint_angle_rad,joint_rate_rad_s,inertial_rate_rad_s,torque_nm,reference\n"
 
@@ -72,5 +67,5 @@ def test_what_is_no_text_is_refused_in_one_sentence(tmp_path, reader, bytes_):
     file = tmp_path / "file"
     file.write_bytes(bytes_)
     code, out, err = answer(reader, file)
-    assert code == {"sim_host": 2, "identify": 1}[READERS[reader][0].split()[0]] and not out
+    assert code == WRONG_INPUT[READERS[reader][0].split()[0]] and not out
     assert str(file) in err and "save it as UTF-8" in err and err.count("\n") == 1, err

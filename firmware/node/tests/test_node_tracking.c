@@ -187,7 +187,7 @@ static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
 }
 
 /* Half a second (2011:5) it goes on as estimated, then it stands; the target appears again 30 mrad on. */
-/* The newest error of 1003 and of the board's, with the reason as its detail. */
+/* Of 1003: the code, above it the detail and the source. */
 static uint32_t newest_error(void) { return get(0x1003, 1); }
 
 /* The image processor sends its last picture again and again, with counters that advance. */
