@@ -186,7 +186,6 @@ static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   CHECK_NEAR("alone, rad", world.azimuth_rad, joint_rad(0), 2e-6);
 }
 
-/* Half a second (2011:5) it goes on as estimated, then it stands; the target appears again 30 mrad on. */
 /* Of 1003: the code, above it the detail and the source. */
 static uint32_t newest_error(void) { return get(0x1003, 1); }
 
@@ -251,6 +250,7 @@ static void test_a_reset_of_the_node_forgets_the_frames(void) {
   }
 }
 
+/* Half a second (2011:5) it goes on as estimated, then it stands; the target appears again 30 mrad on. */
 static void test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again(void) {
   world.rate_rad_s = 0.02;
   enable(0, TRACKING);
