@@ -869,7 +869,7 @@ void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
   }
-  tracking_report(&node->tracking, &node->axis[SERVO_AZIMUTH].drive, &node->axis[SERVO_PITCH].drive,
+  tracking_report(&node->tracking, &node->board.app, &node->axis[SERVO_AZIMUTH].drive, &node->axis[SERVO_PITCH].drive,
                   node->objects.ticks);
   report_camera(node);
   tracking_prepare(&node->tracking, &node->board.app.params, azimuth_swing_kg_m2(node),

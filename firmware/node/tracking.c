@@ -2,6 +2,15 @@
 
 #include "base/scalar.h"
 
+enum {
+  CAMERA = 0x3071,
+  CAMERA_SCALE = 1,
+  CAMERA_ROLL = 2,
+  CAMERA_MIRRORED = 7,
+  CAMERA_STATED_DELAY = 8,
+  PICTURE_IS_WRONG = 6 /* of 3072:5, beside drive_tracking */
+};
+
 enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500, STALE_DROPS = 8, STALE_TICKS = 1000 };
 
 void tracking_start(target_tracking *self, hal *machine) {
@@ -15,6 +24,7 @@ void tracking_forget(target_tracking *self) {
   camera_delay_reset(&self->delay);
   self->objects.dither_s = 0;
   self->picture = (frozen_picture){0};
+  picture_check_reset(&self->orientation);
   self->arrived = false;
   self->stale = false;
 }
@@ -30,7 +40,8 @@ static int32_t stated_age(target_tracking *self) {
   const camera_objects *objects = &self->objects;
   const bool by_clock = (objects->params.time & CAMERA_NODE_CLOCK) != 0;
   self->objects.time_source = by_clock ? CAMERA_NODE_CLOCK : CAMERA_AGE;
-  return by_clock ? exposure_clock_age(&self->clock, objects->message.time) : objects->message.time;
+  const int32_t age = by_clock ? exposure_clock_age(&self->clock, objects->message.time) : objects->message.time;
+  return age == CAMERA_AGE_AMBIGUOUS ? age : age + objects->stated_delay;
 }
 
 static int32_t find_age(target_tracking *self) {
@@ -46,20 +57,44 @@ static int32_t find_age(target_tracking *self) {
   return (int32_t)(self->strobe.age_us / US_PER_TIME);
 }
 
-static void changed(void *owner, const od_object *object) {
-  target_tracking *self = owner;
-  if (!camera_objects_hand_over(object)) {
-    return;
-  }
-  if (frozen_picture_shows(&self->picture, &self->objects.message)) {
+static bool is_mounting(const od_object *object) {
+  const uint8_t sub = object->entry->sub;
+  return object->entry->index == CAMERA && (sub == CAMERA_SCALE || sub == CAMERA_ROLL || sub == CAMERA_MIRRORED);
+}
+
+static bool is_stated_delay(const od_object *object) {
+  return object->entry->index == CAMERA && object->entry->sub == CAMERA_STATED_DELAY;
+}
+
+static void take_message(target_tracking *self) {
+  const camera_message *message = &self->objects.message;
+  if (frozen_picture_shows(&self->picture, message)) {
     camera_input_refuse(&self->frames, CAMERA_FROZEN);
     return;
   }
+  if (picture_check_is_wrong(&self->orientation)) {
+    camera_input_refuse(&self->frames, CAMERA_PICTURE_WRONG);
+    return;
+  }
   self->exposure_age = find_age(self);
+  self->error = camera_input_error(&self->frames, &self->objects.params, message);
   self->arrived = true;
 }
 
-static unsigned needed(const od_object *object) { return camera_objects_hand_over(object) ? OD_HOOK_CHANGED : 0u; }
+static void changed(void *owner, const od_object *object) {
+  target_tracking *self = owner;
+  if (camera_objects_hand_over(object)) {
+    take_message(self);
+  } else if (is_mounting(object)) {
+    picture_check_reset(&self->orientation);
+  } else if (is_stated_delay(object)) {
+    camera_delay_reset(&self->delay);
+  }
+}
+
+static unsigned needed(const od_object *object) {
+  return camera_objects_hand_over(object) || is_mounting(object) || is_stated_delay(object) ? OD_HOOK_CHANGED : 0u;
+}
 
 const od_hooks tracking_hooks = {.changed = changed, .needed = needed};
 
@@ -69,7 +104,7 @@ static pointing_frame take_frame(target_tracking *self) {
   }
   self->arrived = false;
   pointing_frame frame =
-      camera_input_take(&self->frames, &self->objects.params, &self->objects.message, self->exposure_age);
+      camera_input_take(&self->frames, &self->objects.params, &self->objects.message, self->error, self->exposure_age);
   if (frame.fresh) {
     self->objects.age_ms = (uint8_t)frame.age_ticks;
     camera_delay_notice(&self->delay, &frame);
@@ -149,6 +184,7 @@ void tracking_prepare(target_tracking *self, const servo_params *servo, float az
   const pointing_params params = params_of(servo, azimuth_swing_kg_m2);
   self->prepared = pointing_configure(&self->line_of_sight, &params) == CONTROL_OK;
   self->coast_s = params.tracker.coast_s;
+  self->rate_rad_s = params.tracker.rate_limit_rad_s;
 }
 
 void tracking_command(const target_tracking *self, int axis, drive_axis *drive, servo_axis_command *command) {
@@ -209,11 +245,10 @@ static joint_travel travel_of(const drive_bounds *bounds) {
 }
 
 static target_return_limits limits_of(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {
-  const pointing_tracker_params *loop = &self->line_of_sight.params.tracker;
   return (target_return_limits){
-      .proportional_per_s = loop->proportional_per_s,
-      .rate_limit_rad_s = {.azimuth = scalar_min(loop->rate_limit_rad_s.azimuth, azimuth->motion.bounds.rate_rad_s),
-                           .pitch = scalar_min(loop->rate_limit_rad_s.pitch, pitch->motion.bounds.rate_rad_s)},
+      .proportional_per_s = self->line_of_sight.params.tracker.proportional_per_s,
+      .rate_limit_rad_s = {.azimuth = scalar_min(self->rate_rad_s.azimuth, azimuth->motion.bounds.rate_rad_s),
+                           .pitch = scalar_min(self->rate_rad_s.pitch, pitch->motion.bounds.rate_rad_s)},
       .acceleration_limit_rad_s2 = {.azimuth = azimuth->motion.tracking.acceleration_rad_s2,
                                     .pitch = pitch->motion.tracking.acceleration_rad_s2},
       .azimuth_travel = travel_of(&azimuth->motion.bounds)};
@@ -234,7 +269,20 @@ static uint8_t wrap_state(const target_tracking *self, const target_return_limit
 
 /* Until the target is to be back it may be absent, and for 2011:5 longer. */
 static float coast_s(const target_tracking *self) {
+  if (self->orientation.verdict == PICTURE_NOT_JUDGED) {
+    return scalar_min(self->coast_s, PICTURE_UNPROVEN_COAST_S);
+  }
   return self->coast_s + scalar_max(return_prediction_absence_s(&self->back), self->turn.absence_s);
+}
+
+/* Of the joints, until the picture is known to be right. */
+static joint_vector rate_limit_of(const target_tracking *self) {
+  if (self->orientation.verdict != PICTURE_NOT_JUDGED) {
+    return self->rate_rad_s;
+  }
+  const float cosine = scalar_max(scalar_abs(rotation_cosine(self->motion.pitch_angle)), POINTING_ZENITH_COSINE);
+  return (joint_vector){.azimuth = scalar_min(self->rate_rad_s.azimuth, PICTURE_UNPROVEN_RAD_S / cosine),
+                        .pitch = scalar_min(self->rate_rad_s.pitch, PICTURE_UNPROVEN_RAD_S)};
 }
 
 static void look_ahead(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
@@ -254,6 +302,7 @@ static void look_ahead(target_tracking *self, const drive_axis *azimuth, const d
     self->locked_ticks = is_seen(self) ? self->locked_ticks + 1 : 0;
   }
   loop->braking_rad_s2 = braking_of(self, &limits);
+  loop->rate_limit_rad_s = rate_limit_of(self);
   const turn_back_inputs turn = {.allowed = objects->turn_back != 0 && !azimuth->motion.bounds.position_unknown,
                                  .seen = is_seen(self),
                                  .tick = tick,
@@ -278,11 +327,74 @@ static void look_for_a_frozen_picture(target_tracking *self, const drive_axis *a
   if (self->frames.taken == self->objects.taken) {
     return;
   }
-  const camera_input_params *params = &self->objects.params;
-  const image_vector error = camera_input_error(&self->frames, params, &self->objects.message);
+  const image_vector error = self->error;
   const joint_place joints = {.azimuth = (angle_turn32)azimuth->position, .pitch = (angle_turn32)pitch->position};
   frozen_picture_take(&self->picture, &self->objects.message, scalar_max(scalar_abs(error.x), scalar_abs(error.y)),
-                      params->scale_rad, joints, tick);
+                      self->objects.params.scale_rad, joints, tick);
+}
+
+/* What the line of sight has done: as one, or each joint for itself. */
+static image_vector moved_rad(const target_tracking *self, const servo_app *app, int ticks) {
+  if (self->together) {
+    return pointing_tracker_los_motion(&self->line_of_sight.tracker, ticks, SERVO_TICK_S);
+  }
+  const servo_axis *axes = app->axis;
+  image_vector moved = {0};
+  if (axes[SERVO_AZIMUTH].mode == SERVO_TRACKING) {
+    moved.x = target_tracker_los_motion_rad(&axes[SERVO_AZIMUTH].tracker, ticks, SERVO_TICK_S);
+  }
+  if (axes[SERVO_PITCH].mode == SERVO_TRACKING) {
+    moved.y = target_tracker_los_motion_rad(&axes[SERVO_PITCH].tracker, ticks, SERVO_TICK_S);
+  }
+  return moved;
+}
+
+/* The error of the newest frame, likewise. */
+static image_vector seen_rad(const target_tracking *self, const servo_app *app, angle_turn32 pitch, int age_ticks) {
+  if (self->together) {
+    const pointing_frame frame = {.fresh = true, .age_ticks = age_ticks, .error = self->error};
+    return pointing_tracker_frame_error(&self->line_of_sight.tracker, &frame);
+  }
+  const joint_vector errors = line_of_sight_joint_errors(rotation_of(pitch), self->error);
+  return (image_vector){.x = app->axis[SERVO_AZIMUTH].mode == SERVO_TRACKING ? errors.azimuth : 0.0f,
+                        .y = app->axis[SERVO_PITCH].mode == SERVO_TRACKING ? errors.pitch : 0.0f};
+}
+
+static void stop_following(target_tracking *self, servo_app *app) {
+  pointing_look_away(&self->line_of_sight);
+  turn_back_reset(&self->turn);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    app->axis[i].tracker.locked = false;
+  }
+}
+
+/* Likewise. */
+static void check_picture(target_tracking *self, servo_app *app, bool tracks, angle_turn32 pitch) {
+  if (!tracks) {
+    picture_check_reset(&self->orientation);
+    return;
+  }
+  const bool follows = self->together && self->target.locked && !self->target.limited;
+  picture_check_tick(&self->orientation, moved_rad(self, app, 1), follows);
+  const camera_objects *objects = &self->objects;
+  if (self->frames.taken != objects->taken && objects->message.quality >= objects->params.min_quality) {
+    const int age_ticks = camera_delay_age(&self->delay, &objects->delay, objects->age_ms);
+    picture_check_take(&self->orientation, seen_rad(self, app, pitch, age_ticks), moved_rad(self, app, age_ticks),
+                       age_ticks);
+  }
+  if (picture_check_is_wrong(&self->orientation)) {
+    stop_following(self, app);
+  }
+}
+
+static void report_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {
+  camera_objects *objects = &self->objects;
+  const bool wrong = picture_check_is_wrong(&self->orientation);
+  const drive_tracking axes[] = {azimuth->tracking, pitch->tracking};
+  objects->azimuth_tracking = (uint8_t)(wrong && axes[0] != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : axes[0]);
+  objects->pitch_tracking = (uint8_t)(wrong && axes[1] != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : axes[1]);
+  objects->picture_verdict = (uint8_t)self->orientation.verdict;
+  objects->picture_roll = (int16_t)scalar_round(self->orientation.roll_rad * (float)CAMERA_ROLL_COUNTS_PER_RAD);
 }
 
 /* Likewise. */
@@ -298,16 +410,18 @@ static void count_drops(target_tracking *self, bool tracks) {
 
 bool tracking_is_stale(const target_tracking *self) { return self->stale; }
 
-void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
+void tracking_report(target_tracking *self, servo_app *app, const drive_axis *azimuth, const drive_axis *pitch,
+                     uint32_t tick) {
   camera_objects *objects = &self->objects;
-  count_drops(self, azimuth->tracking != DRIVE_NOT_TRACKING || pitch->tracking != DRIVE_NOT_TRACKING);
+  const bool tracks = azimuth->tracking != DRIVE_NOT_TRACKING || pitch->tracking != DRIVE_NOT_TRACKING;
+  count_drops(self, tracks);
+  check_picture(self, app, tracks, (angle_turn32)pitch->position);
   look_for_a_frozen_picture(self, azimuth, pitch, tick);
   objects->taken = self->frames.taken;
   objects->missed = self->frames.missed;
   objects->dropped = self->frames.dropped;
   objects->last_drop = (uint8_t)self->frames.last_drop;
-  objects->azimuth_tracking = (uint8_t)azimuth->tracking;
-  objects->pitch_tracking = (uint8_t)pitch->tracking;
+  report_picture(self, azimuth, pitch);
   objects->clock = self->clock.stamp;
   take_strobes(self);
   report_strobe(self);

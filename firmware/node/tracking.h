@@ -15,6 +15,7 @@
 #include "node/turn_back.h"
 #include "servo/exposure_clock.h"
 #include "servo/frozen_picture.h"
+#include "servo/picture_check.h"
 #include "servo/pointing.h"
 #include "servo/servo_board.h"
 
@@ -25,8 +26,10 @@ typedef struct {
   strobe_log strobe;
   bool arrived;         /* a frame waits for the tick */
   int32_t exposure_age; /* its age then, 10 us */
+  image_vector error;   /* its error */
   camera_input frames;
   frozen_picture picture;
+  picture_check orientation;
   uint16_t drops;       /* frames in a row that did not count while an axis tracked */
   uint16_t quiet_ticks; /* since the last of them */
   bool stale;           /* so many of them that the axes follow nothing */
@@ -37,6 +40,7 @@ typedef struct {
   return_prediction back;
   uint32_t locked_ticks;     /* for so long both axes have had a target */
   float coast_s;             /* 2011:5 of the azimuth */
+  joint_vector rate_rad_s;   /* 2011:6 of both */
   float dither_rad_s;        /* of the next tick, on the elevation */
   bool prepared;             /* `line_of_sight` has valid gains, and knows no target until they track */
   uint32_t prepared_changes; /* those gains */
@@ -60,8 +64,9 @@ void tracking_take(target_tracking *self, servo_board *board, int tracking_axes)
 /* Completes the command of a drive that tracks, and its limits. */
 void tracking_command(const target_tracking *self, int axis, drive_axis *drive, servo_axis_command *command);
 
-/* Writes what the bus can read. */
-void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick);
+/* Writes what the bus can read, and judges the pictures. `app`: whose axes these are. */
+void tracking_report(target_tracking *self, servo_app *app, const drive_axis *azimuth, const drive_axis *pitch,
+                     uint32_t tick);
 
 /* Returns whether frames come to an axis that tracks, but do not count; until none has been dropped for a second. */
 bool tracking_is_stale(const target_tracking *self);

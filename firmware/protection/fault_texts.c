@@ -512,12 +512,13 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "While an axis is in operation in mode -1.",
          .timer = "",
          .cause = "The image processor has frozen and repeats a picture or its counter, restarts again and again, or a "
-                  "second one sends with the same identifier.",
+                  "second one sends with the same identifier. Detail 7: the camera is mounted upside down, or its "
+                  "picture is turned or mirrored (3072:9).",
          .check =
              "Read 3072:4. Does 3070:5 advance by one with each frame, and do 3070:1 and 3070:2 change when the axes "
-             "move?",
+             "move? Detail 7: read 3072:9 and 3072:10.",
          .cure = "Restart the image processor. The axes coast for 2011:5, then stop; they follow the next frame that "
-                 "counts.",
+                 "counts. Detail 7: the axes stop at once; correct 3071:2 and 3071:7 (servoctl camera calibrate).",
          .clear = "No frame has been dropped for a second, or no axis tracks."},
     [FAULT_GAINS_TAKEN_BACK] =
         {.name = "gains taken back",

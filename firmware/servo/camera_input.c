@@ -9,7 +9,7 @@ control_status camera_input_check(const camera_input_params *params) {
       {params->scale_rad, 1e-9f, 1e-3f},
       {(float)params->min_quality, 1.0f, (float)CAMERA_BEST_QUALITY},
   };
-  if ((unsigned)params->time > (unsigned)CAMERA_STROBE_OR_CLOCK) {
+  if ((unsigned)params->time > (unsigned)CAMERA_STROBE_OR_CLOCK || params->mirrored > 1) {
     return CONTROL_OUT_OF_RANGE;
   }
   const control_status status = scalar_check_ranges(ranges, 2);
@@ -61,21 +61,15 @@ static camera_alignment alignment_of(camera_input *input, const camera_mounting 
   return (camera_alignment){.roll = input->roll, .boresight = mounting->boresight};
 }
 
-/* Inlined: in a tick with a frame each instruction counts. */
-static inline image_vector error_of(camera_input *input, const camera_input_params *params,
-                                    const camera_message *message) {
+image_vector camera_input_error(camera_input *input, const camera_input_params *params, const camera_message *message) {
   const camera_alignment alignment = alignment_of(input, &params->mounting);
-  const image_vector measured = {.x = (float)message->x * params->scale_rad,
-                                 .y = (float)message->y * params->scale_rad};
+  const float x = (float)message->x * params->scale_rad;
+  const image_vector measured = {.x = params->mirrored != 0 ? -x : x, .y = (float)message->y * params->scale_rad};
   return camera_error(&alignment, measured);
 }
 
-image_vector camera_input_error(camera_input *input, const camera_input_params *params, const camera_message *message) {
-  return error_of(input, params, message);
-}
-
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
-                                 int32_t age) {
+                                 image_vector error, int32_t age) {
   if (message->quality > CAMERA_BEST_QUALITY) {
     return drop(input, CAMERA_BAD_QUALITY);
   }
@@ -90,7 +84,6 @@ pointing_frame camera_input_take(camera_input *input, const camera_input_params 
     return drop(input, CAMERA_NOT_NEWER);
   }
   input->taken++;
-  const image_vector error = error_of(input, params, message);
   const bool ahead = error.x * error.x + error.y * error.y < SCALAR_PI * SCALAR_PI;
   return (pointing_frame){
       .fresh = true, .valid = message->quality >= params->min_quality && ahead, .age_ticks = age_ticks, .error = error};

@@ -8,9 +8,10 @@
  * the last of them counts. So a frozen counter or one that runs backwards never drives an axis, and of two senders at
  * once only one gets through.
  *
- * The caller finds the age of the exposure: the message states it, or the node's clock (servo/exposure_clock.h) or the
- * camera's strobe (servo/strobe_log.h) gives it. A frame older than CAMERA_LONGEST_AGE_TICKS, or exposed later than
- * now, does not count. Cost: about 200 instructions in a tick in which a message has arrived. */
+ * The error of a message is found when it arrives, between two ticks. The caller finds the age of the exposure: the
+ * message states it, or the node's clock (servo/exposure_clock.h) or the camera's strobe (servo/strobe_log.h) gives it.
+ * A frame older than CAMERA_LONGEST_AGE_TICKS, or exposed later than now, does not count. Cost: about 140 instructions
+ * in a tick in which a message has arrived. */
 #ifndef TRACKSERVO_SERVO_CAMERA_INPUT_H
 #define TRACKSERVO_SERVO_CAMERA_INPUT_H
 
@@ -42,18 +43,20 @@ typedef enum {
 /* Why the last message that did not count was dropped. */
 typedef enum {
   CAMERA_NOT_DROPPED = 0,
-  CAMERA_NOT_NEWER = 1,   /* repeated, out of order, or of a second sender */
-  CAMERA_TOO_OLD = 2,     /* its exposure is not in the history of the line of sight */
-  CAMERA_IN_FUTURE = 3,   /* exposed after now */
-  CAMERA_BAD_QUALITY = 4, /* above CAMERA_BEST_QUALITY */
-  CAMERA_CLOCK_SET = 5,   /* its stamp has two readings, because the node's clock has just been set */
-  CAMERA_FROZEN = 6       /* servo/frozen_picture.h */
+  CAMERA_NOT_NEWER = 1,    /* repeated, out of order, or of a second sender */
+  CAMERA_TOO_OLD = 2,      /* its exposure is not in the history of the line of sight */
+  CAMERA_IN_FUTURE = 3,    /* exposed after now */
+  CAMERA_BAD_QUALITY = 4,  /* above CAMERA_BEST_QUALITY */
+  CAMERA_CLOCK_SET = 5,    /* its stamp has two readings, because the node's clock has just been set */
+  CAMERA_FROZEN = 6,       /* servo/frozen_picture.h */
+  CAMERA_PICTURE_WRONG = 7 /* servo/picture_check.h */
 } camera_drop;
 
 typedef struct {
   float scale_rad; /* image error of one count, 1e-9 .. 1e-3 */
   camera_mounting mounting;
-  uint8_t time; /* camera_time */
+  uint8_t mirrored; /* 1: x of the message counts against the sensor's rows */
+  uint8_t time;     /* camera_time */
   uint8_t
       min_quality; /* a target of less counts as not found, 1 .. CAMERA_BEST_QUALITY; so does one beyond half a turn */
 } camera_input_params;
@@ -86,15 +89,15 @@ control_status camera_input_check(const camera_input_params *params);
 /* Forgets all messages. */
 void camera_input_reset(camera_input *input);
 
-/* Returns how far the target is from where it is to be held, by a message. */
+/* Returns how far the target is from where it is to be held, by a message. Call between two ticks. */
 image_vector camera_input_error(camera_input *input, const camera_input_params *params, const camera_message *message);
 
 /* Drops a message that never gets to camera_input_take. */
 void camera_input_refuse(camera_input *input, camera_drop why);
 
-/* Takes a message whose exposure is `age` old in this tick, in 10 us; negative: later. Returns its frame, which is
- * fresh if the message counts. */
+/* Takes a message whose exposure is `age` old in this tick, in 10 us; negative: later; and with its error. Returns its
+ * frame, which is fresh if the message counts. */
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
-                                 int32_t age);
+                                 image_vector error, int32_t age);
 
 #endif

@@ -124,9 +124,9 @@ void test_a_target_that_stays_ahead_stops_no_axis() {
     film.enable();
     double highest_nm = 0.0;
     double lowest_nm = 0.0;
-    for (int i = 0; i < 1500; ++i) {
-      film.tick(film.angle_rad() + 0.025);
-      if (i > 300) {
+    for (int i = 0; i < 2100; ++i) {
+      film.tick(i < 600 ? 0.005 : film.angle_rad() + 0.025);  // at first it stands, so that the picture is known
+      if (i > 900) {
         const auto torque_nm = static_cast<double>(film.node().node().board.app.axis[sim::kAzimuth].commanded_nm);
         highest_nm = std::max(highest_nm, torque_nm);
         lowest_nm = std::min(lowest_nm, torque_nm);

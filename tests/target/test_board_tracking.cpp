@@ -18,6 +18,7 @@
 #include "rig.hpp"
 #include "support/moving_target.hpp"
 #include "support/test_size.h"
+#include "support/turned_picture.hpp"
 #include "target/target_camera.hpp"
 #include "unity.h"
 
@@ -224,6 +225,50 @@ void test_a_target_that_moves_already_stops_no_axis_of_the_board() {
   }
 }
 
+// What test_turned_picture shows for many pictures, at the image: 3072:5, :9, EMCY, and a right picture beside it.
+void test_a_wrong_picture_stops_the_board() {
+  constexpr int kWrong = 6;
+  constexpr JointPair kTarget_rad = {0.004, 0.003};
+  const TurnedPicture pictures[] = {{"upside down", 180.0}, {}, {"mirrored", 0.0, true}, {"turned by 90 deg", 90.0}};
+  const int count = by_size(1, 4, 4);
+  for (int i = 0; i < count; ++i) {
+    const TurnedPicture& picture = pictures[i];
+    BoardRig board(bench::tracker_plant(), static_cast<std::uint64_t>(i) + 1, false, {0.0, 0.0});
+    board.client.pass(bench::kBoot_ms);
+    TEST_ASSERT_TRUE(board.machine.run_after_tick(kSendingPhase_s));
+    set_up(board, std::nullopt);
+    board.client.start_node();
+    TEST_ASSERT_TRUE_MESSAGE(board.client.enable(kTracking), "both axes must be enabled");
+    sim::CameraSender sender(sim::kCameraCobId);
+    PictureRun run(picture, {}, [&kTarget_rad](double) { return kTarget_rad; });
+    for (int tick = 0; tick < 1500; ++tick) {
+      const sim::TruthState truth = board.truth();
+      PictureRun::Frame frame{};
+      if (run.look({truth.joint_angle_rad[sim::kAzimuth], truth.joint_angle_rad[sim::kPitch]}, &frame)) {
+        board.client.send(sender.frame_of(
+            {0.0, frame.age_ticks * sim::kTick_s, {frame.x_urad * kUrad, frame.y_urad * kUrad}, frame.found}));
+      }
+      board.client.pass(1);
+    }
+    const bool right = picture.roll_deg == 0.0 && !picture.mirrored;
+    const std::uint32_t state = board.client.read(0x3072, 5).value_or(99);
+    const std::uint32_t verdict = board.client.read(0x3072, 9).value_or(99);
+    const std::string text =
+        fmt::format("{}: 3072:5 = {}, 3072:9 = {}, {:.2f} mrad off, {:.2f} deg moved", picture.name, state, verdict,
+                    1e3 * run.error_rad(), run.ways_rad().back() / sim::kRadPerDeg);
+    TEST_MESSAGE(text.c_str());
+    if (right) {
+      TEST_ASSERT_EQUAL_INT_MESSAGE(1, verdict, text.c_str());
+      TEST_ASSERT_TRUE_MESSAGE(run.error_rad() < 1e-3, text.c_str());
+      continue;
+    }
+    TEST_ASSERT_EQUAL_INT_MESSAGE(kWrong, state, text.c_str());
+    TEST_ASSERT_EQUAL_INT_MESSAGE(picture.mirrored ? 4 : 3, verdict, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(run.ways_rad().back() < 2.3 * sim::kRadPerDeg, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(bench::has_heard(board, 0x7000, 7), text.c_str());
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -231,5 +276,6 @@ int main() {
   RUN_TEST(test_the_fly_by_on_the_board_is_the_hosts);
   RUN_TEST(test_a_steep_pass_on_the_board_is_the_hosts);
   RUN_TEST(test_a_target_that_moves_already_stops_no_axis_of_the_board);
+  RUN_TEST(test_a_wrong_picture_stops_the_board);
   return UNITY_END();
 }

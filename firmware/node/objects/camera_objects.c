@@ -34,7 +34,7 @@ static const od_entry kEntries[] = {
     TAKES(OD_U8, 4, quality, 0, 255, "%", "Camera quality", "0: no target found; 1 .. 100: how sure; see 3071:6"),
     TAKES(OD_U8, 5, counter, 0, 255, "", "Camera frame counter",
           "One more with each frame, 255 is followed by 0; writing it hands the frame over"),
-    OD_RECORD_HEAD(0x3071, 6, "Camera", "How the numbers of the camera frames are meant"),
+    OD_RECORD_HEAD(0x3071, 8, "Camera", "How the numbers of the camera frames are meant"),
     SETS(OD_F32, 1, params.scale_rad, 1e-9f, 1e-3f, 1e-6f, "rad", "Camera image scale",
          "Error of one count of 3070:1 and :2"),
     SETS(OD_F32, 2, params.mounting.roll_rad, -SCALAR_PI, SCALAR_PI, 0.0f, "rad", "Camera roll",
@@ -49,19 +49,31 @@ static const od_entry kEntries[] = {
         "exposure; 2, 3: the strobe (3074), and 3070:3 as with 0, 1 for a frame without one"),
     SETS(OD_U8, 6, params.min_quality, 1, 100, 1, "%", "Camera minimum quality",
          "A target of less counts as not found, and one that is more than half a turn away"),
-    OD_RECORD_HEAD(0x3072, 8, "Camera state", "What became of the camera frames, and of tracking"),
+    SETS(OD_U8, 7, params.mirrored, 0, 1, 0, "", "Camera mirrored", "1: 3070:1 counts against the sensor's rows"),
+    SETS(OD_U16, 8, stated_delay, 0, LONGEST_AGE, 0, "1e-5 s", "Camera stated delay",
+         "Added to the age that 3070:3 gives, not to that of the strobe; writing it forgets 3073:5"),
+    OD_RECORD_HEAD(0x3072, 10, "Camera state", "What became of the camera frames, and of tracking"),
     REPORTS(OD_U32, 1, taken, U32_HIGHEST, "", "Camera frames taken", "Frames that counted"),
     REPORTS(OD_U32, 2, missed, U32_HIGHEST, "", "Camera frames missed", "Counters that were skipped"),
     REPORTS(OD_U32, 3, dropped, U32_HIGHEST, "", "Camera frames dropped", "Frames that did not count, see 3072:4"),
     REPORTS(
-        OD_U8, 4, last_drop, 6, "", "Camera last drop",
+        OD_U8, 4, last_drop, 7, "", "Camera last drop",
         "Why: 0: none dropped; 1: not newer than the last one; 2: older than 127 ms; 3: exposed later than now; "
-        "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways; 6: a frozen picture"),
-    REPORTS(OD_U8, 5, azimuth_tracking, 5, "", "Azimuth tracking state",
-            "0: not tracking; 1: searching; 2: acquiring; 3: on target; 4: coasting; 5: target lost"),
-    REPORTS(OD_U8, 6, pitch_tracking, 5, "", "Pitch tracking state", "As 3072:5"),
+        "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways; 6: a frozen picture; "
+        "7: 3072:9 is 3 or 4"),
+    REPORTS(
+        OD_U8, 5, azimuth_tracking, 6, "", "Azimuth tracking state",
+        "0: not tracking; 1: searching; 2: acquiring; 3: on target; 4: coasting; 5: target lost; 6: stopped by 3072:9"),
+    REPORTS(OD_U8, 6, pitch_tracking, 6, "", "Pitch tracking state", "As 3072:5"),
     REPORTS(OD_U8, 7, age_ms, 127, "ms", "Camera frame age", "From exposure to the tick that took the newest frame"),
     REPORTS(OD_U16, 8, clock, 65535, "1e-5 s", "Camera clock", "1013 at this tick, for 3070:3"),
+    REPORTS(
+        OD_U8, 9, picture_verdict, 4, "", "Camera picture",
+        "By the motion of the axes that track: 0: not judged yet, rates are limited to 0.1 rad/s; 1: right; 2: turned "
+        "by 45 to 60 degrees; 3: turned by more; 4: mirrored; 3 and 4 stop the axes until tracking is ended, or 3071 "
+        "is written"),
+    OD_I16(0x3072, 10, OD_RO, OD_TPDO, camera_objects, picture_roll, -31416, 31416, 0, "1e-4 rad",
+           "Camera roll missing", "What 3071:2 lacks, by 3072:9; of a mirrored picture 3071:7 is to be changed, too"),
     OD_RECORD_HEAD(0x3073, 8, "Camera delay", "How old the frames are, measured while both axes track"),
     DELAYS(OD_U8, 1, delay.use, 0, 2, 1, "", "Camera delay use",
            "0: not measured, and forgotten; 1: measured and reported; 2: also corrected"),

@@ -15,13 +15,14 @@
 #include "servo/camera_input.h"
 #include "servo/strobe_log.h"
 
-enum { CAMERA_DELAY_UNKNOWN = 0xFFFF };
+enum { CAMERA_DELAY_UNKNOWN = 0xFFFF, CAMERA_ROLL_COUNTS_PER_RAD = 10000 };
 
 typedef enum { CAMERA_WITHIN_TRAVEL = 0, CAMERA_TARGET_OUTSIDE = 1, CAMERA_TURNS_BACK = 2 } camera_wrap_state;
 
 typedef struct {
   camera_message message;     /* 0x3070 */
   camera_input_params params; /* 0x3071 */
+  uint16_t stated_delay;      /* 0x3071:8, 10 us */
   uint32_t taken;             /* 0x3072:1 */
   uint32_t missed;            /* 2 */
   uint32_t dropped;           /* 3 */
@@ -30,6 +31,8 @@ typedef struct {
   uint8_t pitch_tracking;
   uint8_t age_ms;            /* of the newest frame that counted */
   uint16_t clock;            /* modulo 2^16 */
+  uint8_t picture_verdict;   /* 0x3072:9 */
+  int16_t picture_roll;      /* 10 */
   camera_delay_params delay; /* 0x3073:1 .. 3 */
   uint8_t dither_s;          /* 4: time left */
   int16_t delay_error;       /* 5: true minus stated age, 10 us */

@@ -300,7 +300,8 @@ static void test_a_target_beyond_the_travel_is_followed_to_its_end(void) {
   CHECK_NEAR("back, rad", world.azimuth_rad, joint_rad(0), 20e-6);
 }
 
-/* A target goes round the tracker, after 3 s at 0.3 rad/s, and leaves the travel of +-200 degrees after 13.1 s. */
+/* A target stands until its picture has proven right, goes round the tracker, after 3 s at 0.3 rad/s, and leaves the
+ * travel of +-200 degrees 13.1 s after its start. */
 static void go_round(uint8_t turns_back) {
   SET(0x607D, 1, (uint32_t)-34906585);
   SET(0x607D, 2, 34906585);
@@ -308,6 +309,8 @@ static void go_round(uint8_t turns_back) {
   SET(0x6067, 0, 5000); /* 0.5 mrad: at 0.3 rad/s 60F4 is 0.36 mrad */
   enable(0, TRACKING);
   enable(PITCH, TRACKING);
+  world.azimuth_rad = 5e-3;
+  follow_for(1000);
   for (int i = 0; i < 300; ++i) {
     world.rate_rad_s += 0.001;
     follow_for(10);

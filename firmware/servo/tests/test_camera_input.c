@@ -16,7 +16,7 @@ void tearDown(void) {}
 
 /* A message whose time is its age. */
 static pointing_frame give(camera_message message) {
-  return camera_input_take(&input, &params, &message, message.time);
+  return camera_input_take(&input, &params, &message, camera_input_error(&input, &params, &message), message.time);
 }
 
 static pointing_frame give_counter(uint8_t counter) {
@@ -44,13 +44,23 @@ static void test_roll_and_boresight_are_those_of_the_camera(void) {
   CHECK_NEAR("y, rad", -2e-4, next.error.y, 1e-9);
 }
 
+/* x is turned over along the sensor's rows, before the roll. */
+static void test_a_mirrored_picture_is_turned_over(void) {
+  params.mirrored = 1;
+  params.mounting = (camera_mounting){.roll_rad = 1.5707963f, .boresight = {.x = 1e-4f}};
+  const pointing_frame frame = give((camera_message){.x = 1000, .y = 300, .quality = 100, .counter = 1});
+  CHECK_NEAR("x, rad", -0.3e-3 - 1e-4, frame.error.x, 1e-9);
+  CHECK_NEAR("y, rad", -1e-3, frame.error.y, 1e-9);
+}
+
 static void test_an_exposure_that_is_later_or_not_known_does_not_count(void) {
   const camera_message message = {.quality = 9, .counter = 1};
-  TEST_ASSERT_FALSE(camera_input_take(&input, &params, &message, -1).fresh);
+  const image_vector centre = {0};
+  TEST_ASSERT_FALSE(camera_input_take(&input, &params, &message, centre, -1).fresh);
   TEST_ASSERT_EQUAL(CAMERA_IN_FUTURE, input.last_drop);
-  TEST_ASSERT_FALSE(camera_input_take(&input, &params, &message, CAMERA_AGE_AMBIGUOUS).fresh);
+  TEST_ASSERT_FALSE(camera_input_take(&input, &params, &message, centre, CAMERA_AGE_AMBIGUOUS).fresh);
   TEST_ASSERT_EQUAL(CAMERA_CLOCK_SET, input.last_drop);
-  TEST_ASSERT_TRUE(camera_input_take(&input, &params, &message, 0).fresh);
+  TEST_ASSERT_TRUE(camera_input_take(&input, &params, &message, centre, 0).fresh);
 }
 
 /* 1 mrad per count would make five turns of the farthest place. */
@@ -151,6 +161,9 @@ static void test_parameters_out_of_range_are_refused(void) {
   params.min_quality = 0;
   TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
   params = good;
+  params.mirrored = 2;
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
+  params = good;
   params.mounting.boresight.y = 0.6f;
   TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
 }
@@ -159,6 +172,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_frame_has_age_and_errors_in_rad);
   RUN_TEST(test_roll_and_boresight_are_those_of_the_camera);
+  RUN_TEST(test_a_mirrored_picture_is_turned_over);
   RUN_TEST(test_an_exposure_that_is_later_or_not_known_does_not_count);
   RUN_TEST(test_a_target_beyond_half_a_turn_counts_as_not_found);
   RUN_TEST(test_a_frame_older_than_the_history_does_not_count);

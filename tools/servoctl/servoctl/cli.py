@@ -14,7 +14,7 @@ import can
 import click
 
 from . import __version__
-from .commands import bode, braking, faults, follow, gains, home, identify, lock, lss, move, node, parameters, scope, step, track, tune, ui, monitoring
+from .commands import bode, braking, camera, faults, follow, gains, home, identify, lock, lss, move, node, parameters, scope, step, track, tune, ui, monitoring
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
 from .output import wrapped
 
@@ -70,7 +70,7 @@ for _command in (
     node.scan, node.info, node.state,
     parameters.get, parameters.set_, parameters.undo, parameters.explain,
     gains.diff, gains.save, gains.restore, gains.store,
-    move.move, home.home, track.track, follow.follow, step.step, bode.bode, braking.braking, identify.identify, tune.tune,
+    move.move, home.home, track.track, follow.follow, step.step, bode.bode, braking.braking, identify.identify, tune.tune, camera.camera,
     scope.scope, monitoring.log, monitoring.monitor, faults.faults, lock.lock, lss.lss,
     ui.ui,
 ):  # fmt: skip

@@ -12,12 +12,13 @@ from .errors import InputError, MotionError
 from .live import LiveAxis
 from .parameter import AXIS_SHIFT
 from .pdo_loan import PdoLoan
+from .units import degrees
 
 SUPPORTED_BIT = 16
 """Of 6502: mode -1."""
 
-NOT_TRACKING, SEARCHING, ACQUIRING, ON_TARGET, COASTING, LOST = range(6)
-STATES = ("not tracking", "searching", "acquiring", "tracking", "coasting", "lost")
+NOT_TRACKING, SEARCHING, ACQUIRING, ON_TARGET, COASTING, LOST, PICTURE_WRONG = range(7)
+STATES = ("not tracking", "searching", "acquiring", "tracking", "coasting", "lost", "wrong picture")
 """By the value of 3072:5 and :6."""
 
 DROPS = {
@@ -26,6 +27,7 @@ DROPS = {
     3: "they were exposed later than now: does 3071:5 fit the sender's time?",
     4: "their quality is above 100 %",
     6: "its picture is frozen: the target's place in it does not change while the axes move; restart the image processor",
+    7: "its picture is turned or mirrored (3072:9); 'servoctl camera calibrate' measures and corrects it",
 }
 """Why a frame does not count, by 3072:4."""
 UNKNOWN_INTERVAL = 65535
@@ -110,6 +112,25 @@ def return_text(device: Device) -> tuple[float | None, str]:
     if left_ms == UNKNOWN_RETURN_MS:
         return None, reason
     return left_ms / 1000, f"{reason}, back in {1e-3 * left_ms:.1f} s"
+
+
+PICTURE_TURNED = 2
+_PICTURES = {
+    PICTURE_TURNED: "the camera's picture is turned by {:.0f}° against the axes",
+    3: "the axes have stopped: the camera's picture is turned by {:.0f}° against their motion, and would drive them away from the target",
+    4: "the axes have stopped: the camera's picture is mirrored, and would drive them away from the target",
+}
+"""By 3072:9."""
+
+
+def picture_text(device: Device) -> str:
+    """What is wrong with the picture, by the motion of the axes (3072:9, :10), and the remedy; "" when nothing is known, and
+    with firmware that does not judge it."""
+    verdict, roll = (device.try_upload(0x3072, sub) for sub in (9, 10))
+    if verdict is None or roll is None or verdict[0] not in _PICTURES:
+        return ""
+    degrees_off = abs(degrees(1e-4 * int.from_bytes(roll, "little", signed=True)))
+    return _PICTURES[verdict[0]].format(degrees_off) + ". 'servoctl camera calibrate' measures and corrects it."
 
 
 @dataclass(frozen=True)

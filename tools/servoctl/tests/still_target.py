@@ -10,6 +10,7 @@ import math
 import struct
 import threading
 import time
+from collections import deque
 from types import TracebackType
 
 from servoctl.bus import open_bus, parse_bus
@@ -29,6 +30,14 @@ class StillTarget:
         self._identifier = identifier
         self._positions_id = positions_id
         self._azimuth, self._pitch = math.radians(azimuth_deg), math.radians(pitch_deg)
+        self.roll_deg = 0.0
+        """Of the picture, with that it measures: counter-clockwise of what a right one would."""
+        self.mirrored = False
+        """Its x, before it is turned."""
+        self.count_rad = 1e-6
+        self.older_s = 0.0
+        """Than it states."""
+        self._past: deque[tuple[float, float, float]] = deque(maxlen=64)
         self.visible = True
         self.impossible = False
         """Every frame has a quality above 100 %."""
@@ -55,9 +64,9 @@ class StillTarget:
             if message is None or message.arbitration_id != self._positions_id or len(message.data) != 8:
                 continue
             heard_s = time.monotonic()
+            azimuth, pitch = self._at(heard_s, *(counts * 1e-7 for counts in struct.unpack("<ii", message.data)))
             if heard_s - sent_s < 0.9 * FRAME_S:
                 continue
-            azimuth, pitch = (counts * 1e-7 for counts in struct.unpack("<ii", message.data))
             x, y, inside = self._place(azimuth, pitch)
             counter = (counter + 1) % 256
             quality = 200 if self.impossible else SURE if inside and self.visible else 0
@@ -65,12 +74,24 @@ class StillTarget:
             self._bus.send(can.Message(arbitration_id=self._identifier, data=frame, is_extended_id=False))
             sent_s = heard_s
 
+    def _at(self, now_s: float, azimuth: float, pitch: float) -> tuple[float, float]:
+        """The joint angles `older_s` ago."""
+        self._past.append((now_s, azimuth, pitch))
+        then = min(self._past, key=lambda of: abs(of[0] - (now_s - self.older_s)))
+        return then[1], then[2]
+
     def _place(self, azimuth: float, pitch: float) -> tuple[int, int, bool]:
-        """Tangents along rows and columns, in µrad, and whether the target is in the picture."""
+        """Counts along rows and columns, and whether the target is in the picture."""
         turn = self._azimuth - azimuth
         ahead = math.cos(self._pitch) * math.cos(turn) * math.cos(pitch) + math.sin(self._pitch) * math.sin(pitch)
         left = math.cos(self._pitch) * math.sin(turn)
         up = math.sin(self._pitch) * math.cos(pitch) - math.cos(self._pitch) * math.cos(turn) * math.sin(pitch)
         if ahead <= 0.0 or max(abs(left), abs(up)) > 0.011 * ahead:
             return 0, 0, False
-        return round(1e6 * left / ahead), round(1e6 * up / ahead), True
+        x, y = (-left if self.mirrored else left) / ahead, up / ahead
+        turn = math.radians(self.roll_deg)
+        return (
+            round((math.cos(turn) * x - math.sin(turn) * y) / self.count_rad),
+            round((math.sin(turn) * x + math.cos(turn) * y) / self.count_rad),
+            True,
+        )

@@ -22,7 +22,7 @@ from ..live import LiveAxis
 from ..pair_stream import ERROR_TICKS, ErrorStream
 from ..parameter import AXES
 from ..session import Session, common
-from ..tracking import COASTING, NOT_TRACKING, ON_TARGET, SEARCHING, STATES, CameraMapping, FrameCounts
+from ..tracking import COASTING, NOT_TRACKING, ON_TARGET, PICTURE_WRONG, SEARCHING, STATES, CameraMapping, FrameCounts
 from ..units import TICK_S, degrees
 from .following import check_plot, following_options, save_errors
 from .motion import check_slew, confirm, slew
@@ -160,7 +160,7 @@ def _since(before: FrameCounts, after: FrameCounts) -> FrameCounts:
 def _follow(
     session: Session, stream: ErrorStream, lives: list[LiveAxis], record: Record, seconds: float | None, interval: float
 ) -> None:
-    shown_s, shown, searched = 0.0, 0, False
+    shown_s, shown, searched, told = 0.0, 0, False, ""
     while True:
         for live in lives:
             live.check_enabled()
@@ -172,6 +172,8 @@ def _follow(
         if not searched and now_s >= SEARCHED_S:
             searched = True
             _note_search(session, record)
+        if now_s >= shown_s + interval or PICTURE_WRONG in states:
+            told = _note_picture(session, lives[0].drive.device, told)
         if now_s >= shown_s + interval:
             _show_line(session, now_s, record.axes, states, stream.errors(shown), tracking.return_text(lives[0].drive.device))
             shown_s, shown = shown_s + interval, count
@@ -186,6 +188,13 @@ def _note_search(session: Session, record: Record) -> None:
             f"the camera has not seen the target for {SEARCHED_S:g} s: it is outside the picture, or does not stand out in"
             " it. Stop, and give a --cue that is nearer to the target than half the picture."
         )
+
+
+def _note_picture(session: Session, device: Device, told: str) -> str:
+    text = tracking.picture_text(device)
+    if text and text != told:
+        session.out.note(text)
+    return text
 
 
 def _show_line(

@@ -1,0 +1,65 @@
+#include "servo/picture_check.h"
+
+#include "base/scalar.h"
+#include "servo/servo_timing.h"
+
+void picture_check_reset(picture_check *self) { *self = (picture_check){0}; }
+
+void picture_check_tick(picture_check *self, image_vector moved_rad, bool follows) {
+  self->moved.x += moved_rad.x;
+  self->moved.y += moved_rad.y;
+  self->ticks++;
+  self->followed_ticks = (uint16_t)(follows ? self->followed_ticks + 1 : 0);
+  if (self->followed_ticks >= PICTURE_PROVEN_TICKS) {
+    self->followed_ticks = PICTURE_PROVEN_TICKS;
+    self->verdict = self->verdict == PICTURE_NOT_JUDGED ? PICTURE_RIGHT : self->verdict;
+  }
+}
+
+/* What one finding says. */
+static picture_verdict verdict_of(const orientation_finding *found, float stops_rad) {
+  const float roll_rad = scalar_abs(found->roll_rad);
+  const bool far = found->moved_rad >= stops_rad;
+  if (found->kind == ORIENTATION_UNCLEAR || found->moved_rad < PICTURE_TELLS_RAD) {
+    return PICTURE_NOT_JUDGED;
+  }
+  if (found->kind == ORIENTATION_MIRRORED) {
+    return far ? PICTURE_MIRRORED : PICTURE_NOT_JUDGED;
+  }
+  if (roll_rad <= PICTURE_WARNS_RAD) {
+    return PICTURE_RIGHT;
+  }
+  if (!far) {
+    return PICTURE_NOT_JUDGED;
+  }
+  return roll_rad <= PICTURE_WRONG_RAD ? PICTURE_TURNED : PICTURE_WRONG_ROLL;
+}
+
+static void judge(picture_check *self, uint32_t interval_ticks) {
+  const float stops_rad = self->verdict == PICTURE_NOT_JUDGED ? PICTURE_STOPS_RAD : PICTURE_CONVICTS_RAD;
+  const orientation_finding found = image_orientation_find(&self->pictures, PICTURE_STOPS_RAD);
+  const picture_verdict says = verdict_of(&found, stops_rad);
+  const bool doubts = says > PICTURE_RIGHT;
+  self->doubted_ticks = doubts && self->doubted ? self->doubted_ticks + interval_ticks : 0;
+  self->doubted = doubts;
+  self->complete = says == PICTURE_RIGHT && found.both;
+  if (says == PICTURE_RIGHT || self->doubted_ticks >= PICTURE_AGREE_TICKS) {
+    self->verdict = says;
+    self->roll_rad = found.roll_rad;
+  }
+}
+
+void picture_check_take(picture_check *self, image_vector error_rad, image_vector since_rad, int age_ticks) {
+  const bool decided = self->complete || picture_check_is_wrong(self);
+  if (decided || self->ticks < (uint32_t)age_ticks + PICTURE_SPACING_TICKS) {
+    return;
+  }
+  const uint32_t interval_ticks = self->ticks - (uint32_t)age_ticks;
+  const orientation_sample sample = {.interval_s = (float)interval_ticks * SERVO_TICK_S,
+                                     .moved = {.x = self->moved.x - since_rad.x, .y = self->moved.y - since_rad.y},
+                                     .error = error_rad};
+  image_orientation_add(&self->pictures, &sample);
+  self->moved = since_rad;
+  self->ticks = (uint32_t)age_ticks;
+  judge(self, interval_ticks);
+}

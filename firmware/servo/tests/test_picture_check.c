@@ -1,0 +1,172 @@
+/* Verdicts on a picture, from a line of sight whose motion is given: it stands for 0.3 s, then both components run at
+ * 0.1 rad/s, one of them later. The target moves at a constant rate. */
+#include "servo/picture_check.h"
+
+#include "support/check.h"
+
+#define PI 3.141592653589793
+
+static picture_check check;
+
+void setUp(void) { picture_check_reset(&check); }
+void tearDown(void) {}
+
+typedef struct {
+  double roll_deg; /* of the picture */
+  bool mirrored;   /* its x */
+  double x_rad_s;  /* of the line of sight, from 0.3 s on */
+  double y_rad_s;  /* likewise, from 0.4 s on */
+  int period_ms;
+  int age_ms;
+} film;
+
+static const film kRight = {.x_rad_s = 0.1, .y_rad_s = -0.06, .period_ms = 20, .age_ms = 30};
+
+static double along(double rate_rad_s, int ms, int from_ms) {
+  return ms > from_ms ? 1e-3 * rate_rad_s * (ms - from_ms) : 0.0;
+}
+
+static image_vector sight(const film *of, int ms) {
+  return (image_vector){.x = (float)along(of->x_rad_s, ms, 300), .y = (float)along(of->y_rad_s, ms, 400)};
+}
+
+static image_vector seen(const film *of, int ms) {
+  const image_vector at = sight(of, ms);
+  const double x = (of->mirrored ? -1.0 : 1.0) * (0.004 + 1e-5 * ms - (double)at.x);
+  const double y = -0.002 + 2e-5 * ms - (double)at.y;
+  const double c = cos(of->roll_deg * PI / 180.0), s = sin(of->roll_deg * PI / 180.0);
+  return (image_vector){.x = (float)(c * x - s * y), .y = (float)(s * x + c * y)};
+}
+
+static image_vector minus(image_vector a, image_vector b) { return (image_vector){.x = a.x - b.x, .y = a.y - b.y}; }
+
+/* Returns the ms in which the verdict was first not 0; -1: never. */
+static int show(const film *of, int from_ms, int to_ms) {
+  int judged = -1;
+  for (int ms = from_ms; ms < to_ms; ++ms) {
+    picture_check_tick(&check, minus(sight(of, ms), sight(of, ms - 1)), false);
+    if (ms >= of->age_ms && (ms - of->age_ms) % of->period_ms == 0) {
+      const int then = ms - of->age_ms;
+      picture_check_take(&check, seen(of, then), minus(sight(of, ms), sight(of, then)), of->age_ms);
+    }
+    judged = judged < 0 && check.verdict != PICTURE_NOT_JUDGED ? ms : judged;
+  }
+  return judged;
+}
+
+static picture_verdict verdict_on(film of, int *judged_ms) {
+  picture_check_reset(&check);
+  *judged_ms = show(&of, 0, 900);
+  return check.verdict;
+}
+
+/* 300 ms at rest, 40 ms until 0.2 mrad off the straight line are reached, and the age. */
+static void test_a_right_picture_is_known_soon_after_the_line_of_sight_has_moved(void) {
+  int judged_ms = 0;
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, verdict_on(kRight, &judged_ms));
+  CHECK_NEAR("judged, ms", 370, judged_ms, 30);
+  TEST_ASSERT_TRUE(check.complete);
+  film of = kRight;
+  of.y_rad_s = 0.0;
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, verdict_on(of, &judged_ms));
+  TEST_ASSERT_FALSE(check.complete); /* a mirror is not excluded */
+}
+
+static void test_a_turned_picture_warns_from_45_degrees_and_is_wrong_from_60(void) {
+  static const struct {
+    double roll_deg;
+    picture_verdict verdict;
+  } cases[] = {{43.0, PICTURE_RIGHT},       {-43.0, PICTURE_RIGHT},     {47.0, PICTURE_TURNED},
+               {-58.0, PICTURE_TURNED},     {62.0, PICTURE_WRONG_ROLL}, {-62.0, PICTURE_WRONG_ROLL},
+               {120.0, PICTURE_WRONG_ROLL}, {180.0, PICTURE_WRONG_ROLL}};
+  for (size_t i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    film of = kRight;
+    of.roll_deg = cases[i].roll_deg;
+    int judged_ms = 0;
+    TEST_ASSERT_EQUAL_INT(cases[i].verdict, verdict_on(of, &judged_ms));
+    CHECK_NEAR("missing, rad", 0.0, remainder((double)check.roll_rad + of.roll_deg * PI / 180.0, 2.0 * PI), 0.02);
+    TEST_ASSERT_EQUAL(cases[i].verdict == PICTURE_WRONG_ROLL, picture_check_is_wrong(&check));
+  }
+}
+
+/* Along one direction at first; that the other one is wrong shows when it moves. */
+static void test_a_mirrored_picture_is_wrong_in_whichever_direction_moves_first(void) {
+  film of = kRight;
+  of.mirrored = true;
+  int judged_ms = 0;
+  TEST_ASSERT_TRUE(verdict_on(of, &judged_ms) >= PICTURE_WRONG_ROLL);
+  of.x_rad_s = 0.0; /* what moves is right */
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, verdict_on(of, &judged_ms));
+  TEST_ASSERT_FALSE(check.complete);
+  of.mirrored = false;
+  of.roll_deg = 180.0; /* what moves is wrong */
+  TEST_ASSERT_EQUAL_INT(PICTURE_WRONG_ROLL, verdict_on(of, &judged_ms));
+  of = kRight;
+  of.mirrored = true;
+  of.x_rad_s = 0.03; /* both, the right one more */
+  of.y_rad_s = 0.1;
+  TEST_ASSERT_EQUAL_INT(PICTURE_MIRRORED, verdict_on(of, &judged_ms));
+}
+
+/* A wrong picture needs 1 mrad off the straight line, and two findings at least: at 10 Hz, too. */
+static void test_few_pictures_are_enough(void) {
+  film of = kRight;
+  of.period_ms = 100;
+  of.roll_deg = 180.0;
+  int judged_ms = 0;
+  TEST_ASSERT_EQUAL_INT(PICTURE_WRONG_ROLL, verdict_on(of, &judged_ms));
+  of.period_ms = 2;
+  TEST_ASSERT_EQUAL_INT(PICTURE_WRONG_ROLL, verdict_on(of, &judged_ms));
+  CHECK_NEAR("judged, ms", 430, judged_ms, 30);
+  of.x_rad_s = 0.005;
+  of.y_rad_s = 0.0;
+  TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, verdict_on(of, &judged_ms));
+}
+
+static void test_a_verdict_of_wrong_stays_until_it_is_reset(void) {
+  film of = kRight;
+  of.roll_deg = 180.0;
+  int judged_ms = 0;
+  TEST_ASSERT_EQUAL_INT(PICTURE_WRONG_ROLL, verdict_on(of, &judged_ms));
+  (void)show(&kRight, 0, 900);
+  TEST_ASSERT_EQUAL_INT(PICTURE_WRONG_ROLL, check.verdict);
+  picture_check_reset(&check);
+  (void)show(&kRight, 0, 900);
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, check.verdict);
+}
+
+/* A picture that was right in both directions is not judged again. */
+static void test_a_complete_verdict_stays(void) {
+  (void)show(&kRight, 0, 900);
+  TEST_ASSERT_TRUE(check.complete);
+  film of = kRight;
+  of.roll_deg = 180.0;
+  (void)show(&of, 0, 900);
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, check.verdict);
+}
+
+/* Followed without the limit for 1.5 s in one piece. */
+static void test_a_target_that_is_followed_proves_its_picture(void) {
+  for (int ms = 0; ms < PICTURE_PROVEN_TICKS - 1; ++ms) {
+    picture_check_tick(&check, (image_vector){0}, true);
+  }
+  picture_check_tick(&check, (image_vector){0}, false);
+  for (int ms = 0; ms < PICTURE_PROVEN_TICKS - 1; ++ms) {
+    picture_check_tick(&check, (image_vector){0}, true);
+  }
+  TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, check.verdict);
+  picture_check_tick(&check, (image_vector){0}, true);
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, check.verdict);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_right_picture_is_known_soon_after_the_line_of_sight_has_moved);
+  RUN_TEST(test_a_turned_picture_warns_from_45_degrees_and_is_wrong_from_60);
+  RUN_TEST(test_a_mirrored_picture_is_wrong_in_whichever_direction_moves_first);
+  RUN_TEST(test_few_pictures_are_enough);
+  RUN_TEST(test_a_verdict_of_wrong_stays_until_it_is_reset);
+  RUN_TEST(test_a_complete_verdict_stays);
+  RUN_TEST(test_a_target_that_is_followed_proves_its_picture);
+  return UNITY_END();
+}

@@ -1,0 +1,122 @@
+"""servoctl camera calibrate: a camera that is turned, mirrored or scaled, before a target that stands still."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from servoctl.camera_fit import Pose, fit_camera, image_of
+from servoctl.errors import MotionError
+
+from .conftest import Bench
+from .still_target import StillTarget
+
+real_time = pytest.mark.real_time
+CAMERA = "541"
+PLACE = (0.8, 2.8)
+OBJECTS = ("0x3071:1", "0x3071:2", "0x3071:7", "0x3071:8")
+CALIBRATE = ("camera", "calibrate", "--camera-id", CAMERA, "--json", "--yes")
+
+
+def values(servo: Bench) -> list[float]:
+    return [row["value"] for row in servo.json("get", *OBJECTS)]
+
+
+def point(servo: Bench) -> None:
+    for axis, angle in zip(("azimuth", "pitch"), PLACE, strict=True):
+        servo.json("move", axis, "--to", str(angle + 0.05), "--rate", "20", "--yes")
+
+
+@real_time
+@pytest.mark.image
+@pytest.mark.parametrize(
+    ("roll_deg", "mirrored", "count_urad"),
+    [(180.0, False, 1.0), (90.0, False, 2.0), (0.0, True, 1.0), (-120.0, True, 0.5), (50.0, False, 1.0)],
+)
+def test_a_wrong_picture_stops_tracking_until_it_is_calibrated(
+    servo: Bench, roll_deg: float, mirrored: bool, count_urad: float
+) -> None:
+    before = values(servo)
+    with StillTarget(servo.bus, int(CAMERA, 16), *PLACE) as target:
+        target.roll_deg, target.mirrored, target.count_rad, target.older_s = roll_deg, mirrored, 1e-6 * count_urad, 0.02
+        point(servo)
+        wrong = servo("track", "--camera-id", CAMERA, "--seconds", "2", "--json", "--yes")
+        assert "camera calibrate" in wrong.err, wrong.err
+        turned = re.search(r"turned by (\d+)°", wrong.err)  # the age is wrong, too; one direction does not tell a mirror
+        assert ("mirrored" in wrong.err or turned) if mirrored else turned, wrong.err
+        assert mirrored or not turned or float(turned[1]) == pytest.approx(abs(roll_deg), abs=15.0)
+        point(servo)
+        found = servo.json(*CALIBRATE)
+        assert found["scale_rad"] == pytest.approx(1e-6 * count_urad, rel=0.01)
+        assert found["mirrored"] is mirrored
+        wanted = -roll_deg if not mirrored else roll_deg
+        assert math.remainder(found["roll_deg"] - wanted, 360.0) == pytest.approx(0.0, abs=0.5)
+        assert found["delay_ms"] == pytest.approx(20.0, abs=12.0)  # of two programs on a computer that is not real-time
+        right = servo("track", "--camera-id", CAMERA, "--seconds", "3", "--json", "--yes")
+        assert '"last_state":"tracking"' in right.out.replace(" ", "").splitlines()[-1] and "calibrate" not in right.err
+    assert servo("undo").code == 0
+    assert values(servo) == before
+
+
+@real_time
+def test_what_cannot_be_calibrated_is_refused_and_nothing_is_written(servo: Bench) -> None:
+    before = values(servo)
+    with StillTarget(servo.bus, int(CAMERA, 16), *PLACE) as target:
+        target.roll_deg = 180.0
+        point(servo)
+        dry = servo.json(*CALIBRATE[:-1], "--dry-run")
+        assert dry["dry_run"] and dry["plan"]["step_deg"] == pytest.approx(0.2)
+        only = servo.json(*CALIBRATE, "--no-write")
+        assert only["changes"] == [] and abs(only["roll_deg"]) == pytest.approx(180.0, abs=0.5)
+        far = servo(*CALIBRATE, "--step", "2")
+        assert far.code == 6 and "stay in the picture" in far.err and "--step" in far.err, far
+        target.visible = False
+        blind = servo(*CALIBRATE)
+        assert blind.code == 6 and "does not see the target" in blind.err, blind
+    silent = servo(*CALIBRATE)
+    assert silent.code == 6 and "541" in silent.err, silent
+    beyond = servo(*CALIBRATE, "--step", "120")
+    assert beyond.code == 2 and "would move to" in beyond.err, beyond
+    assert values(servo) == before
+
+
+def poses(roll: float, mirrored: bool, scale: float, pitch: float, noise_rad: float, seed: int = 0) -> list[Pose]:
+    """The steps of the command, 3.5 mrad, with a noise on angles and picture."""
+    draw = np.random.default_rng(seed)
+    target = (0.1 + 2e-3 / math.cos(pitch), pitch + 3e-3)
+    found = []
+    for azimuth, elevation in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (0, 0)] * 2:
+        at = 0.1 + 3.5e-3 * azimuth / math.cos(pitch), pitch + 3.5e-3 * elevation
+        x, y = image_of(target, *at)
+        back = complex(x, y) * complex(math.cos(roll), -math.sin(roll)) / scale
+        seen = (-back.real if mirrored else back.real) + draw.normal() * noise_rad / scale, back.imag + draw.normal() * noise_rad / scale
+        found.append(Pose(at[0] + draw.normal() * noise_rad, at[1] + draw.normal() * noise_rad, *seen))
+    return found
+
+
+@pytest.mark.parametrize("pitch", [-0.3, 0.0, 1.2])
+@pytest.mark.parametrize(("roll", "mirrored", "scale"), [(0.0, False, 1e-6), (3.0, False, 2e-6), (-2.0, True, 1e-5), (1.5, True, 5e-7)])
+def test_the_fit_is_exact_without_noise(roll: float, mirrored: bool, scale: float, pitch: float) -> None:
+    fit = fit_camera(poses(roll, mirrored, scale, pitch, 0.0))
+    assert fit.scale_rad == pytest.approx(scale, rel=1e-6) and fit.mirrored is mirrored
+    assert fit.roll_rad == pytest.approx(roll, abs=1e-6)
+    assert fit.at_first == pytest.approx(image_of((0.1 + 2e-3 / math.cos(pitch), pitch + 3e-3), 0.1, pitch), rel=1e-6)
+    assert fit.anisotropy < 1e-6
+
+
+def test_the_intervals_hold_nineteen_times_of_twenty() -> None:
+    runs = [fit_camera(poses(1.0, True, 1e-6, 0.7, 3e-6, seed)) for seed in range(400)]
+    scale = np.mean([abs(fit.scale_rad - 1e-6) < fit.scale_half for fit in runs])
+    roll = np.mean([abs(fit.roll_rad - 1.0) < fit.roll_half for fit in runs])
+    assert 0.92 < scale < 0.98 and 0.92 < roll < 0.98
+
+
+def test_pictures_that_do_not_answer_are_no_fit() -> None:
+    still = [Pose(at.azimuth_rad, at.pitch_rad, 100.0, 200.0) for at in poses(0.0, False, 1e-6, 0.0, 0.0)]
+    line = [Pose(at.azimuth_rad, at.pitch_rad, at.x, 0.0) for at in poses(0.0, False, 1e-6, 0.0, 0.0)]
+    for wrong in (still, line, still[:3]):
+        with pytest.raises(MotionError):
+            fit_camera(wrong)
