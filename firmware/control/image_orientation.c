@@ -4,22 +4,12 @@
 
 #include "base/scalar.h"
 
-void image_orientation_reset(image_orientation *self) { *self = (image_orientation){0}; }
+void image_orientation_reset(image_orientation *self) { self->count = 0; }
 
 static bool is_usable(const orientation_sample *sample) {
   return sample->interval_s > 0.0f && sample->interval_s <= ORIENTATION_LONGEST_S &&
          scalar_within(sample->moved.x, 100.0f) && scalar_within(sample->moved.y, 100.0f) &&
          scalar_within(sample->error.x, 100.0f) && scalar_within(sample->error.y, 100.0f);
-}
-
-static void forget_old(image_orientation *self) {
-  float age_s = 0.0f;
-  for (int i = 1; i < ORIENTATION_SAMPLES && i < self->count; ++i) {
-    age_s += self->samples[(self->newest + ORIENTATION_SAMPLES + 1 - i) % ORIENTATION_SAMPLES].interval_s;
-    if (age_s > ORIENTATION_WINDOW_S) {
-      self->count = i;
-    }
-  }
 }
 
 void image_orientation_add(image_orientation *self, const orientation_sample *sample) {
@@ -30,64 +20,95 @@ void image_orientation_add(image_orientation *self, const orientation_sample *sa
   self->newest = (self->newest + 1) % ORIENTATION_SAMPLES;
   self->samples[self->newest] = *sample;
   self->count = self->count < ORIENTATION_SAMPLES ? self->count + 1 : ORIENTATION_SAMPLES;
-  forget_old(self);
 }
 
-/* Of one picture: time, sight and error since the oldest one. */
-enum { TIME = 0, SIGHT_X, SIGHT_Y, ERROR_X, ERROR_Y, COLUMNS };
-
+/* Of one picture: time, way of the sight and error, since a common start. */
 typedef struct {
-  float at[COLUMNS];
+  float time_s;
+  image_vector sight;
+  image_vector error;
 } picture_row;
 
+/* Sums over the pictures, and sums of products. */
 typedef struct {
-  float of[COLUMNS][COLUMNS]; /* sums of products */
-} row_products;
+  int count;
+  picture_row sum;
+  float time_time;
+  image_vector time_sight;
+  image_vector time_error;
+  float sight; /* squares */
+  float error;
+  float xx; /* of the sight and the error, in this order */
+  float xy;
+  float yx;
+  float yy;
+} picture_sums;
 
-static void follow(picture_row *row, const orientation_sample *sample, bool first) {
-  row->at[TIME] += first ? 0.0f : sample->interval_s;
-  row->at[SIGHT_X] += first ? 0.0f : sample->moved.x;
-  row->at[SIGHT_Y] += first ? 0.0f : sample->moved.y;
-  row->at[ERROR_X] = sample->error.x;
-  row->at[ERROR_Y] = sample->error.y;
+static void add_row(picture_sums *sums, const picture_row *row) {
+  const image_vector sight = row->sight;
+  const image_vector error = row->error;
+  sums->count++;
+  sums->sum.time_s += row->time_s;
+  sums->sum.sight.x += sight.x;
+  sums->sum.sight.y += sight.y;
+  sums->sum.error.x += error.x;
+  sums->sum.error.y += error.y;
+  sums->time_time += row->time_s * row->time_s;
+  sums->time_sight.x += row->time_s * sight.x;
+  sums->time_sight.y += row->time_s * sight.y;
+  sums->time_error.x += row->time_s * error.x;
+  sums->time_error.y += row->time_s * error.y;
+  sums->sight += sight.x * sight.x + sight.y * sight.y;
+  sums->error += error.x * error.x + error.y * error.y;
+  sums->xx += sight.x * error.x;
+  sums->xy += sight.x * error.y;
+  sums->yx += sight.y * error.x;
+  sums->yy += sight.y * error.y;
 }
 
-static int oldest_of(const image_orientation *self) {
-  return (self->newest + ORIENTATION_SAMPLES + 1 - self->count) % ORIENTATION_SAMPLES;
-}
-
-static picture_row mean_of(const image_orientation *self) {
-  picture_row row = {0};
-  picture_row sum = {0};
-  for (int i = 0; i < ORIENTATION_SAMPLES && i < self->count; ++i) {
-    follow(&row, &self->samples[(oldest_of(self) + i) % ORIENTATION_SAMPLES], i == 0);
-    for (int k = 0; k < COLUMNS; ++k) {
-      sum.at[k] += row.at[k];
-    }
-  }
-  for (int k = 0; k < COLUMNS; ++k) {
-    sum.at[k] /= (float)self->count;
-  }
-  return sum;
-}
-
-static row_products products_about(const image_orientation *self, const picture_row *mean) {
-  picture_row row = {0};
-  row_products sums = {0};
-  for (int i = 0; i < ORIENTATION_SAMPLES && i < self->count; ++i) {
-    follow(&row, &self->samples[(oldest_of(self) + i) % ORIENTATION_SAMPLES], i == 0);
-    for (int k = 0; k < COLUMNS; ++k) {
-      for (int m = 0; m < COLUMNS; ++m) {
-        sums.of[k][m] += (row.at[k] - mean->at[k]) * (row.at[m] - mean->at[m]);
-      }
-    }
+/* Of the pictures within ORIENTATION_WINDOW_S, the newest first. They start near their mean: a float keeps more then.
+ */
+static picture_sums sums_of(const image_orientation *self) {
+  const orientation_sample *newest = &self->samples[self->newest];
+  const float half = 0.5f * (float)self->count;
+  const float oldest_s = half * newest->interval_s - ORIENTATION_WINDOW_S;
+  picture_row row = {.time_s = half * newest->interval_s,
+                     .sight = {.x = half * newest->moved.x, .y = half * newest->moved.y}};
+  picture_sums sums = {0};
+  int place = self->newest;
+  for (int i = 0; i < ORIENTATION_SAMPLES && i < self->count && row.time_s >= oldest_s; ++i) {
+    const orientation_sample *sample = &self->samples[place];
+    row.error.x = sample->error.x - newest->error.x;
+    row.error.y = sample->error.y - newest->error.y;
+    add_row(&sums, &row);
+    row.time_s -= sample->interval_s;
+    row.sight.x -= sample->moved.x;
+    row.sight.y -= sample->moved.y;
+    place = place > 0 ? place - 1 : ORIENTATION_SAMPLES - 1;
   }
   return sums;
 }
 
-/* Takes the straight lines in time out. */
-static float product(const row_products *sums, int k, int m) {
-  return sums->of[k][m] - sums->of[TIME][k] * sums->of[TIME][m] / sums->of[TIME][TIME];
+/* Takes out what is along u, of which `squares` is the sum of squares, and the others those of the products with u. */
+static void take_out(picture_sums *sums, float squares, image_vector sight, image_vector error) {
+  const image_vector by = {.x = error.x / squares, .y = error.y / squares};
+  sums->sight -= (sight.x * sight.x + sight.y * sight.y) / squares;
+  sums->error -= error.x * by.x + error.y * by.y;
+  sums->xx -= sight.x * by.x;
+  sums->xy -= sight.x * by.y;
+  sums->yx -= sight.y * by.x;
+  sums->yy -= sight.y * by.y;
+}
+
+static void take_means_out(picture_sums *sums) {
+  const picture_row *sum = &sums->sum;
+  const float mean_s = sum->time_s / (float)sums->count;
+  sums->time_time -= mean_s * sum->time_s;
+  sums->time_sight.x -= mean_s * sum->sight.x;
+  sums->time_sight.y -= mean_s * sum->sight.y;
+  sums->time_error.x -= mean_s * sum->error.x;
+  sums->time_error.y -= mean_s * sum->error.y;
+  take_out(sums, (float)sums->count, sum->sight, sum->error);
 }
 
 typedef struct {
@@ -101,46 +122,41 @@ typedef struct {
   float left;    /* of the squares of the sight */
 } orientation_fit;
 
-static orientation_fit fit_of(complex_sum sight_and_error, float sight, float error) {
+static orientation_fit fit_of(complex_sum sight_and_error, const picture_sums *sums) {
   const float square = sight_and_error.re * sight_and_error.re + sight_and_error.im * sight_and_error.im;
   return (orientation_fit){.n = {.re = -sight_and_error.re, .im = -sight_and_error.im},
-                           .left = scalar_max(sight - square / error, 0.0f)};
+                           .left = scalar_max(sums->sight - square / sums->error, 0.0f)};
 }
 
-static bool is_good(const orientation_fit *fit, float sight, float error) {
+static bool is_good(const orientation_fit *fit, const picture_sums *sums) {
   const float size = sqrtf(fit->n.re * fit->n.re + fit->n.im * fit->n.im);
-  return fit->left * (float)ORIENTATION_CLEAR <= sight && size <= ORIENTATION_SCALE * error &&
-         size * ORIENTATION_SCALE >= error;
+  return fit->left * (float)ORIENTATION_CLEAR <= sums->sight && size <= ORIENTATION_SCALE * sums->error &&
+         size * ORIENTATION_SCALE >= sums->error;
 }
 
 orientation_finding image_orientation_find(const image_orientation *self, float least_rad) {
-  if (self->count < ORIENTATION_FEWEST) {
+  picture_sums sums = sums_of(self);
+  if (sums.count < ORIENTATION_FEWEST) {
     return (orientation_finding){0};
   }
-  const picture_row mean = mean_of(self);
-  const row_products sums = products_about(self, &mean);
-  const float sight = product(&sums, SIGHT_X, SIGHT_X) + product(&sums, SIGHT_Y, SIGHT_Y);
-  const float error = product(&sums, ERROR_X, ERROR_X) + product(&sums, ERROR_Y, ERROR_Y);
-  const float xx = product(&sums, SIGHT_X, ERROR_X);
-  const float yy = product(&sums, SIGHT_Y, ERROR_Y);
-  const float xy = product(&sums, SIGHT_X, ERROR_Y);
-  const float yx = product(&sums, SIGHT_Y, ERROR_X);
-  if (!(error > 0.0f) || !(sight > 0.0f)) {
+  take_means_out(&sums);
+  take_out(&sums, sums.time_time, sums.time_sight, sums.time_error); /* the straight lines */
+  if (!(sums.error > 0.0f) || !(sums.sight > 0.0f)) {
     return (orientation_finding){0};
   }
-  const orientation_fit turned = fit_of((complex_sum){.re = xx + yy, .im = yx - xy}, sight, error);
-  const orientation_fit mirrored = fit_of((complex_sum){.re = xx - yy, .im = yx + xy}, sight, error);
-  const float second = 2.0f * (float)self->count * least_rad * least_rad;
+  const orientation_fit turned = fit_of((complex_sum){.re = sums.xx + sums.yy, .im = sums.yx - sums.xy}, &sums);
+  const orientation_fit mirrored = fit_of((complex_sum){.re = sums.xx - sums.yy, .im = sums.yx + sums.xy}, &sums);
+  const float second = 2.0f * (float)sums.count * least_rad * least_rad;
   const float excludes = (float)ORIENTATION_EXCLUDES;
   const bool is_mirrored =
-      mirrored.left * excludes <= turned.left && (turned.left >= second || !is_good(&turned, sight, error));
+      mirrored.left * excludes <= turned.left && (turned.left >= second || !is_good(&turned, &sums));
   const orientation_fit *best = is_mirrored ? &mirrored : &turned;
   orientation_finding found = {
       .both = is_mirrored || (turned.left * excludes <= mirrored.left && mirrored.left >= second),
-      .moved_rad = sqrtf(sight / (float)self->count),
+      .moved_rad = sqrtf(sums.sight / (float)sums.count),
       .roll_rad = scalar_atan2(best->n.im, best->n.re),
-      .scale = sqrtf(best->n.re * best->n.re + best->n.im * best->n.im) / error};
-  if (is_good(best, sight, error)) {
+      .scale = sqrtf(best->n.re * best->n.re + best->n.im * best->n.im) / sums.error};
+  if (is_good(best, &sums)) {
     found.kind = is_mirrored ? ORIENTATION_MIRRORED : ORIENTATION_TURNED;
   }
   return found;

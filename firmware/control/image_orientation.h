@@ -52,7 +52,7 @@ void image_orientation_reset(image_orientation *self);
 void image_orientation_add(image_orientation *self, const orientation_sample *sample);
 
 /* Returns what the pictures say. The other kind is excluded by a motion of `least_rad` (root mean square) in the second
- * direction. Cost: 3,000 instructions. */
+ * direction. Cost: 1,500 instructions. */
 orientation_finding image_orientation_find(const image_orientation *self, float least_rad);
 
 #endif

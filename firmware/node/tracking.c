@@ -389,23 +389,35 @@ static void check_picture(target_tracking *self, servo_app *app, bool tracks, an
 
 static void report_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {
   camera_objects *objects = &self->objects;
-  const bool wrong = picture_check_is_wrong(&self->orientation);
-  const drive_tracking axes[] = {azimuth->tracking, pitch->tracking};
-  objects->azimuth_tracking = (uint8_t)(wrong && axes[0] != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : axes[0]);
-  objects->pitch_tracking = (uint8_t)(wrong && axes[1] != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : axes[1]);
-  objects->picture_verdict = (uint8_t)self->orientation.verdict;
-  objects->picture_roll = (int16_t)scalar_round(self->orientation.roll_rad * (float)CAMERA_ROLL_COUNTS_PER_RAD);
+  const picture_check *check = &self->orientation;
+  objects->azimuth_tracking = (uint8_t)azimuth->tracking;
+  objects->pitch_tracking = (uint8_t)pitch->tracking;
+  objects->picture_verdict = (uint8_t)check->verdict;
+  if (check->verdict == PICTURE_NOT_JUDGED) {
+    objects->picture_roll = 0;
+    return;
+  }
+  objects->picture_roll = (int16_t)scalar_round(check->roll_rad * (float)CAMERA_ROLL_COUNTS_PER_RAD);
+  if (picture_check_is_wrong(check)) {
+    objects->azimuth_tracking = azimuth->tracking != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : 0;
+    objects->pitch_tracking = pitch->tracking != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : 0;
+  }
 }
 
 /* Likewise. */
 static void count_drops(target_tracking *self, bool tracks) {
+  if (!tracks) {
+    self->drops = 0;
+    self->stale = false;
+    return;
+  }
   const uint32_t dropped = self->frames.dropped - self->objects.dropped;
-  if (!tracks || self->frames.taken != self->objects.taken) {
+  if (self->frames.taken != self->objects.taken) {
     self->drops = 0;
   }
-  self->drops = (uint16_t)(tracks && self->drops < STALE_DROPS ? self->drops + dropped : self->drops);
+  self->drops = (uint16_t)(self->drops < STALE_DROPS ? self->drops + dropped : self->drops);
   self->quiet_ticks = (uint16_t)(dropped == 0 && self->quiet_ticks < STALE_TICKS ? self->quiet_ticks + 1 : 0);
-  self->stale = tracks && (self->drops >= STALE_DROPS || (self->stale && self->quiet_ticks < STALE_TICKS));
+  self->stale = self->drops >= STALE_DROPS || (self->stale && self->quiet_ticks < STALE_TICKS);
 }
 
 bool tracking_is_stale(const target_tracking *self) { return self->stale; }

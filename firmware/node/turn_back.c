@@ -2,7 +2,13 @@
 
 #include "base/scalar.h"
 
-void turn_back_reset(turn_back *self) { *self = (turn_back){0}; }
+/* Leaves what `follow` and `begin` set anew: this happens in each tick without a target. */
+void turn_back_reset(turn_back *self) {
+  self->follows = false;
+  self->running = false;
+  self->expected = (pointing_output){0};
+  self->absence_s = 0.0f;
+}
 
 bool turn_back_is_outside(const turn_back *self, const joint_travel *travel) {
   const float azimuth_rad = self->now.angle_rad.azimuth;

@@ -3,17 +3,18 @@
 #include "base/scalar.h"
 #include "servo/servo_timing.h"
 
-void picture_check_reset(picture_check *self) { *self = (picture_check){0}; }
-
-void picture_check_tick(picture_check *self, image_vector moved_rad, bool follows) {
-  self->moved.x += moved_rad.x;
-  self->moved.y += moved_rad.y;
-  self->ticks++;
-  self->followed_ticks = (uint16_t)(follows ? self->followed_ticks + 1 : 0);
-  if (self->followed_ticks >= PICTURE_PROVEN_TICKS) {
-    self->followed_ticks = PICTURE_PROVEN_TICKS;
-    self->verdict = self->verdict == PICTURE_NOT_JUDGED ? PICTURE_RIGHT : self->verdict;
-  }
+/* Without overwriting the pictures: this happens in each tick in which no axis tracks. */
+void picture_check_reset(picture_check *self) {
+  image_orientation_reset(&self->pictures);
+  self->moved = (image_vector){0};
+  self->ticks = 0;
+  self->unjudged_ticks = 0;
+  self->verdict = PICTURE_NOT_JUDGED;
+  self->complete = false;
+  self->doubted = false;
+  self->doubted_ticks = 0;
+  self->followed_ticks = 0;
+  self->roll_rad = 0.0f;
 }
 
 /* What one finding says. */
@@ -35,17 +36,32 @@ static picture_verdict verdict_of(const orientation_finding *found, float stops_
   return roll_rad <= PICTURE_WRONG_RAD ? PICTURE_TURNED : PICTURE_WRONG_ROLL;
 }
 
-static void judge(picture_check *self, uint32_t interval_ticks) {
+static void judge(picture_check *self) {
   const float stops_rad = self->verdict == PICTURE_NOT_JUDGED ? PICTURE_STOPS_RAD : PICTURE_CONVICTS_RAD;
   const orientation_finding found = image_orientation_find(&self->pictures, PICTURE_STOPS_RAD);
   const picture_verdict says = verdict_of(&found, stops_rad);
   const bool doubts = says > PICTURE_RIGHT;
-  self->doubted_ticks = doubts && self->doubted ? self->doubted_ticks + interval_ticks : 0;
+  self->doubted_ticks = doubts && self->doubted ? self->doubted_ticks + self->unjudged_ticks : 0;
+  self->unjudged_ticks = 0;
   self->doubted = doubts;
   self->complete = says == PICTURE_RIGHT && found.both;
   if (says == PICTURE_RIGHT || self->doubted_ticks >= PICTURE_AGREE_TICKS) {
     self->verdict = says;
     self->roll_rad = found.roll_rad;
+  }
+}
+
+void picture_check_tick(picture_check *self, image_vector moved_rad, bool follows) {
+  if (self->unjudged_ticks > 0) {
+    judge(self);
+  }
+  self->moved.x += moved_rad.x;
+  self->moved.y += moved_rad.y;
+  self->ticks++;
+  self->followed_ticks = (uint16_t)(follows ? self->followed_ticks + 1 : 0);
+  if (self->followed_ticks >= PICTURE_PROVEN_TICKS) {
+    self->followed_ticks = PICTURE_PROVEN_TICKS;
+    self->verdict = self->verdict == PICTURE_NOT_JUDGED ? PICTURE_RIGHT : self->verdict;
   }
 }
 
@@ -61,5 +77,5 @@ void picture_check_take(picture_check *self, image_vector error_rad, image_vecto
   image_orientation_add(&self->pictures, &sample);
   self->moved = since_rad;
   self->ticks = (uint32_t)age_ticks;
-  judge(self, interval_ticks);
+  self->unjudged_ticks = interval_ticks;
 }

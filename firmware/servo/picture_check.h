@@ -41,8 +41,9 @@ typedef enum {
 
 typedef struct {
   image_orientation pictures;
-  image_vector moved; /* by the line of sight since the newest exposure */
-  uint32_t ticks;     /* since then */
+  image_vector moved;      /* by the line of sight since the newest exposure */
+  uint32_t ticks;          /* since then */
+  uint32_t unjudged_ticks; /* up to a picture that the next tick judges: the tick of a frame has enough to do */
   picture_verdict verdict;
   bool complete;           /* right in both directions */
   bool doubted;            /* the last finding said wrong */
@@ -54,8 +55,8 @@ typedef struct {
 /* Forgets all. Call when no axis tracks, or when the mounting changes. */
 void picture_check_reset(picture_check *self);
 
-/* Adds a tick in which the line of sight has moved by `moved_rad`. `follows`: a target is followed, below the rate
- * limit. Call once per tick while an axis tracks. */
+/* Judges the picture taken before it, and adds a tick in which the line of sight has moved by `moved_rad`. `follows`: a
+ * target is followed, below the rate limit. Call once per tick while an axis tracks. */
 void picture_check_tick(picture_check *self, image_vector moved_rad, bool follows);
 
 /* Takes a picture of a target with its error; since its exposure the line of sight has moved by `since_rad`, in
