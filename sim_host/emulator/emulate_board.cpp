@@ -15,6 +15,9 @@
 #include <vector>
 
 #include "board/board_machine.hpp"
+#include "board/flash_file.hpp"
+#include "config/arguments.hpp"
+#include "serve/flash_memory.hpp"
 #include "serve/server.hpp"
 
 namespace {
@@ -69,12 +72,20 @@ int run(const std::string& image, const std::string& plant, const std::vector<st
   fitted.joint_angle_rad = sim::kServedStart_rad;
   fitted.holding_brakes = true;
   target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, fitted);
+  std::optional<sim::FlashMemory> flash;
+  if (!options.flash.empty()) {
+    flash.emplace(options.flash);
+    target::load_parameter_pages(machine.chip(), *flash);
+  }
   if (bytes) {
     machine.chip().flash.set_options(bytes->optr, bytes->wrp1ar);
   }
   unplug(machine, missing);
   EmulatedBoard board(machine);
   sim::serve(board, bus, options, sim::reports_on_stdout());
+  if (flash) {
+    target::keep_parameter_pages(machine.chip(), *flash);
+  }
   for (const std::string& violation : machine.chip().violations.list()) {
     fmt::print(stderr, "violation of the chip's rules: {}\n", violation);
   }
@@ -100,6 +111,9 @@ int main(int argc, char **argv) {
       ->check(CLI::IsMember({"azimuth-encoder", "azimuth-gyro", "pitch-encoder", "pitch-gyro"}));
   app.add_option("--option-bytes", bytes, "OPTR and WRP1AR of the chip; the default is what tools/image/board sets")
       ->expected(2);
+  app.add_option("--flash", options.flash,
+                 "file for the parameter pages, as of `sim_host serve`; created if missing, written at the end")
+      ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"));
   app.add_option("--bus", options.buses, "bus: slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
   app.add_option("--bit-rate", options.bit_rate,
                  "bit rate of the bus in bit/s; the board uses its own, 1000000 as delivered")

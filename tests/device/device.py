@@ -61,12 +61,11 @@ class Served:
         assert self.process.wait(timeout=20) == 0  # otherwise the image has violated the chip's rules
 
 
-def simulator(bus, speed):
-    return Served(bus, "--speed", str(speed)).wait_until_ready()
+PROGRAMS = {"sim": (SIM_HOST, "serve"), "image": (EMULATE_BOARD, IMAGE)}
 
 
-def board(bus, speed):
-    return Served(bus, "--speed", str(speed), program=(EMULATE_BOARD, IMAGE)).wait_until_ready()
+def start(kind, bus, speed, *options):
+    return Served(bus, "--speed", str(speed), *options, program=PROGRAMS[kind]).wait_until_ready()
 
 
-DEVICES = {"sim": simulator, "image": board}
+DEVICES = {kind: functools.partial(start, kind) for kind in PROGRAMS}

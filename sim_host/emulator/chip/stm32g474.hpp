@@ -74,6 +74,9 @@ class Stm32g474 {
   // may be CortexM4::kParityBit.
   void flip_ram_bit(std::uint32_t address, unsigned bit);
 
+  // The parameter pages, as a programmer reads and writes them.
+  std::uint8_t *parameter_bytes() { return flash_bytes_.data() + kParameterOffset; }
+
   Gpio& port(char name) { return *ports_[static_cast<std::size_t>(name - 'A')]; }
 
   Timeline timeline;
