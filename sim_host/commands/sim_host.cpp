@@ -47,6 +47,7 @@
 #include "serve/server.hpp"
 #include "studies/shared/study.hpp"
 #include "study_commands.hpp"
+#include "target_arguments.hpp"
 
 namespace sim = trackservo::sim;
 
@@ -227,7 +228,7 @@ struct ServeCommand {
   std::filesystem::path plant;
   sim::ServeOptions options;
   std::string speed = "realtime";
-  std::filesystem::path target;
+  sim::TargetArguments target;
 };
 
 // Simulated time per real time; none for "max".
@@ -254,43 +255,17 @@ CLI::Validator speed() {
           "realtime, max or TIMES"};
 }
 
-void refuse_without_target(const sim::ScenarioConfig& scenario) {
-  if (scenario.kind != sim::ScenarioKind::kTracking) {
-    throw scenario.lines.error("kind", "has no target", "give a scenario with kind = \"tracking\" to --target");
-  }
-}
-
-// The served camera sees the target everywhere, whatever the scenario's own camera measures.
-void refuse_course(const sim::PlantConfig& plant, sim::ScenarioConfig scenario) {
-  scenario.camera.geometry = sim::CameraGeometry::kLineOfSight;
-  sim::warn(sim::check_scenario(plant, scenario));
-}
-
-void print_start(const sim::TargetOptions& target) {
-  const sim::LineOfSight start = sim::FlyBy(target.scenario->fly_by).at(0.0);
-  const std::string result = target.video.empty()
-                                 ? fmt::format("camera frames have the identifier {:03X}", target.camera_cob_id)
-                                 : "there are pictures of it, and no camera frames";
-  fmt::print("target: waits at azimuth {:.3f} deg, pitch {:.3f} deg; {}\n",
-             start.angle_rad[sim::kAzimuth] * sim::kDegPerRad, start.angle_rad[sim::kPitch] * sim::kDegPerRad, result);
-  (void)std::fflush(stdout);
-}
-
 void serve(const ServeCommand& command) {
   sim::ServeOptions options = command.options;
   sim::ServeReports reports = sim::reports_on_stdout();
   options.pace = pace_of(command.speed);
   const sim::PlantConfig plant = sim::load_plant(command.plant);
   sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
-  if (!command.target.empty()) {
-    options.target.scenario = sim::load_scenario(command.target);
-    refuse_without_target(*options.target.scenario);
-    refuse_course(plant, *options.target.scenario);
-    reports.open = [open = reports.open, target = options.target](const std::vector<std::string>& addresses) {
-      open(addresses);
-      print_start(target);
-    };
-  }
+  options.target = sim::load_target(command.target, plant);
+  reports.open = [open = reports.open, &options](const std::vector<std::string>& addresses) {
+    open(addresses);
+    sim::print_start(options.target);
+  };
   sim::serve(plant, options, reports);
 }
 
@@ -362,33 +337,6 @@ void add_bench(CLI::App& app) {
   command->callback([data_dir] { bench(*data_dir); });
 }
 
-void add_target(CLI::App& command, ServeCommand& serving) {
-  CLI::Option *target =
-      command
-          .add_option("--target", serving.target,
-                      "scenario file with kind = \"tracking\": its target waits at its start until an axis follows it, "
-                      "and its camera sends frames onto the bus")
-          ->check(CLI::ExistingFile);
-  CLI::Option *camera = command
-                            .add_option("--camera-id", serving.options.target.camera_cob_id,
-                                        "with --target: identifier of the camera's frames; counts up from node to node")
-                            ->check(CLI::Range(0x181, 0x57F))
-                            ->default_str("0x541")
-                            ->needs(target);
-  command
-      .add_option(
-          "--video", serving.options.target.video,
-          "with --target: pgm-tcp:PORT, pictures of the target for an image processor (docs/imager.md), instead of "
-          "the camera's frames; 0: any free port")
-      ->check([](const std::string& video) { return video.empty() ? "is empty: expected pgm-tcp:PORT" : ""; })
-      ->needs(target)
-      ->excludes(camera);
-  sim::OutputFiles(command)
-      .file("--truth", serving.options.target.truth_csv,
-            "with --target: file for the true error of the line of sight (CSV), a row per ms of the flight")
-      ->needs(target);
-}
-
 void add_serve(CLI::App& app) {
   auto serving = std::make_shared<ServeCommand>();
   serving->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
@@ -425,7 +373,7 @@ void add_serve(CLI::App& app) {
   command->add_option("--speed", serving->speed, "speed of simulated time: realtime, max, or a multiple of real time")
       ->check(speed())
       ->capture_default_str();
-  add_target(*command, *serving);
+  sim::add_target(*command, serving->target);
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, sim::kUntilStdinEndsHelp);
   command->callback([serving] { serve(*serving); });
 }

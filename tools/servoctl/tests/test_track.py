@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import ROOT, SERVERS, Bench, serve
+from .conftest import REAL_TIME, ROOT, Bench, serve
 from .still_target import StillTarget
 
 pytestmark = pytest.mark.real_time
@@ -158,12 +158,13 @@ def test_a_device_without_the_mode_is_refused(test_node: Bench) -> None:
     assert refused.code == 6 and "no mode of operation for tracking (bit 16 of 6502" in refused.err
 
 
-def test_the_fly_by_is_held_by_the_true_error_of_the_simulator(tmp_path: Path) -> None:
+@pytest.mark.image
+def test_the_fly_by_is_held_by_the_true_error(tmp_path: Path) -> None:
     """Frames of the simulated camera; what counts is what the line of sight truly misses."""
     truth = tmp_path / "truth.csv"
     scenario = ROOT / "sim_host" / "scenarios" / "tracking.toml"
-    with serve("1", "--target", str(scenario), "--truth", str(truth), server=SERVERS["sim"]) as served:
-        done = Bench(served.address, tmp_path)(*cued("--seconds", "6", "--json", "--yes"))
+    with serve(REAL_TIME, "--target", str(scenario), "--truth", str(truth)) as served:
+        done = Bench(served.address, tmp_path)(*cued("--seconds", str(6 / float(REAL_TIME)), "--json", "--yes"))
     assert done.code == 0, done.err
     found = json.loads(done.out.splitlines()[-1])
     assert [axis["last_state"] for axis in found["axes"]] == ["tracking"] * 2

@@ -1,0 +1,30 @@
+// The options of a command that serves a machine with a target in front of it.
+#ifndef TRACKSERVO_SIM_COMMANDS_TARGET_ARGUMENTS_HPP
+#define TRACKSERVO_SIM_COMMANDS_TARGET_ARGUMENTS_HPP
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "config/plant_config.hpp"
+#include "serve/served_target.hpp"
+
+namespace trackservo::sim {
+
+struct TargetArguments {
+  std::filesystem::path scenario;  // empty: no target
+  TargetOptions options;
+};
+
+// Adds --target, --camera-id, --video, --truth and --overwrite.
+void add_target(CLI::App& command, TargetArguments& arguments);
+
+// With the scenario of --target. Throws like load_scenario, also for a scenario without a target or a course that the
+// machine cannot follow; warns of what is unusual.
+TargetOptions load_target(const TargetArguments& arguments, const PlantConfig& plant);
+
+// A line on the standard output: where the target waits, and what shows it. None without a target.
+void print_start(const TargetOptions& target);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,34 @@
+// Whether the axes of a node track, from outside: its TPDO1 and TPDO2 as delivered (docs/can.md).
+#ifndef TRACKSERVO_SIM_SERVE_TRACKING_ON_BUS_HPP
+#define TRACKSERVO_SIM_SERVE_TRACKING_ON_BUS_HPP
+
+#include <array>
+#include <cstdint>
+
+#include "bus/virtual_bus.hpp"
+#include "plant/truth.hpp"
+
+namespace trackservo::sim {
+
+class TrackingOnBus {
+ public:
+  // For a bus with one node.
+  explicit TrackingOnBus(VirtualBus& bus);
+  TrackingOnBus(const TrackingOnBus&) = delete;
+  TrackingOnBus& operator=(const TrackingOnBus&) = delete;
+  ~TrackingOnBus() { bus_.detach(port_); }
+
+  // As 3072:5 and :6, of which it tells not tracking, searching and on target.
+  const std::array<std::uint8_t, kAxes>& states() const { return states_; }
+
+ private:
+  void hear(const can_frame& frame);
+
+  VirtualBus& bus_;
+  std::array<std::uint8_t, kAxes> states_{};
+  VirtualBus::Port port_;
+};
+
+}  // namespace trackservo::sim
+
+#endif
