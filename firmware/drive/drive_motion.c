@@ -513,12 +513,11 @@ static tracking_limits tracking_within(const drive_motion *motion, const profile
                                        const profile_limits *braking, const drive_feedback *feedback, float dt_s) {
   const float towards_rad_s = feedback->target->rate_rad_s < 0.0f ? -limits->rate_rad_s : limits->rate_rad_s;
   const float fastest_rad_s = stoppable_rate(motion, braking, feedback->position, towards_rad_s, dt_s);
-  return (tracking_limits){
-      .given = false,
-      .minimum_rad_s = scalar_min(fastest_rad_s, towards_rad_s < 0.0f ? 0.0f : -limits->rate_rad_s),
-      .maximum_rad_s = scalar_max(fastest_rad_s, towards_rad_s < 0.0f ? limits->rate_rad_s : 0.0f),
-      .acceleration_rad_s2 = limits->acceleration_rad_s2,
-      .jerk_rad_s3 = limits->jerk_rad_s3};
+  return (tracking_limits){.given = false,
+                           .minimum_rad_s = towards_rad_s < 0.0f ? fastest_rad_s : -limits->rate_rad_s,
+                           .maximum_rad_s = towards_rad_s < 0.0f ? limits->rate_rad_s : fastest_rad_s,
+                           .acceleration_rad_s2 = limits->acceleration_rad_s2,
+                           .jerk_rad_s3 = limits->jerk_rad_s3};
 }
 
 /* At or beyond an end of the travel, while the target does not lead back inside. */

@@ -78,6 +78,14 @@ static void test_what_has_no_room_is_refused(void) {
   TEST_ASSERT_EQUAL(GUARDED_NONE, guarded_copy_add(&copy, large, 4));
 }
 
+static void test_a_single_block_is_guarded_like_several(void) {
+  memset(&copy, 0, sizeof copy);
+  second_block = guarded_copy_add(&copy, second, sizeof second);
+  TEST_ASSERT_EQUAL(0, calls_until(GUARDED_NONE));
+  second[1] ^= 1u;
+  TEST_ASSERT_TRUE(calls_until(second_block) > 0);
+}
+
 static void test_an_empty_copy_finds_nothing(void) {
   memset(&copy, 0, sizeof copy);
   TEST_ASSERT_EQUAL(GUARDED_NONE, guarded_copy_step(&copy, 10));
@@ -90,6 +98,7 @@ int main(void) {
   RUN_TEST(test_a_bit_of_the_copy_is_found_as_well);
   RUN_TEST(test_a_change_on_purpose_is_sealed);
   RUN_TEST(test_what_has_no_room_is_refused);
+  RUN_TEST(test_a_single_block_is_guarded_like_several);
   RUN_TEST(test_an_empty_copy_finds_nothing);
   return UNITY_END();
 }

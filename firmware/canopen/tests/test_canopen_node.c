@@ -411,6 +411,8 @@ static void test_emergencies_come_in_the_order_of_their_errors(void) {
   }
 }
 
+static bool is_active(uint16_t code) { return emergency_is_active(&NODE->emergency, EMERGENCY_SOURCE_NODE, code); }
+
 static void test_two_nodes_lost_at_once_are_both_reported(void) {
   const uint8_t alive[1] = {5};
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
@@ -421,6 +423,49 @@ static void test_two_nodes_lost_at_once_are_both_reported(void) {
   bench.sent = 0;
   bench_wait_ms(60);
   TEST_ASSERT_EQUAL(1 + 2, bench.device.heartbeats_lost); /* the sum of their node ids */
+}
+
+static void test_a_lost_heartbeat_is_over_when_each_lost_node_is_back(void) {
+  const uint8_t alive[1] = {5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 2, 0x00020032, 4));
+  bench_give(0x701, 1, alive);
+  bench_give(0x702, 1, alive);
+  bench_wait_ms(60);
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(2);
+  TEST_ASSERT_TRUE(is_active(0x8130)); /* node 2 is still away */
+  bench_give(0x702, 1, alive);
+  bench_wait_ms(2);
+  TEST_ASSERT_FALSE(is_active(0x8130));
+}
+
+/* A time of 0 switches a consumer off; 1 ms is the shortest. */
+static void test_a_heartbeat_is_monitored_from_1_ms_on(void) {
+  const uint8_t alive[1] = {5};
+  for (uint32_t time_ms = 0; time_ms <= 1; time_ms++) {
+    TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010000 | time_ms, 4));
+    bench_give(0x701, 1, alive);
+    bench_wait_ms(10);
+    TEST_ASSERT_EQUAL(time_ms, bench.device.heartbeats_lost);
+  }
+}
+
+/* Vendor, product, revision and serial number of 1018h, each by its own request of LSS. */
+static void test_lss_selects_the_node_by_its_identity(void) {
+  const uint32_t identity[4] = {0, 0x54534456, 1, 4711};
+  for (uint32_t wrong = 0; wrong <= 4; wrong++) { /* the last one: none is wrong */
+    bench.sent = 0;
+    for (uint32_t part = 0; part < 4; part++) {
+      const uint32_t number = identity[part] + (part == wrong ? 1u : 0u);
+      const uint8_t request[8] = {(uint8_t)(0x40 + part), (uint8_t)number, (uint8_t)(number >> 8),
+                                  (uint8_t)(number >> 16), (uint8_t)(number >> 24)};
+      bench_give(0x7E5, 8, request);
+      bench_wait_ms(1);
+    }
+    TEST_ASSERT_EQUAL(wrong == 4 ? 1 : 0, bench_count(0x7E4));
+  }
+  TEST_ASSERT_EQUAL_HEX8(0x44, bench_last(0x7E4)->data[0]);
 }
 
 /* Inhibit times are rounded up to whole ms. */
@@ -533,8 +578,6 @@ static void test_the_silence_of_the_master_is_counted_from_its_last_frame_in_eac
     TEST_ASSERT_EQUAL(begun_ms + ms, canopen_node_silent_ms(NODE));
   }
 }
-
-static bool is_active(uint16_t code) { return emergency_is_active(&NODE->emergency, EMERGENCY_SOURCE_NODE, code); }
 
 /* Node 127 is the last one; a heartbeat has one byte. */
 static void test_only_a_heartbeat_of_one_byte_counts(void) {
@@ -747,6 +790,9 @@ int main(void) {
   RUN_TEST(test_a_reset_clears_the_error_register_and_what_waits_to_be_sent);
   RUN_TEST(test_emergencies_come_in_the_order_of_their_errors);
   RUN_TEST(test_two_nodes_lost_at_once_are_both_reported);
+  RUN_TEST(test_a_lost_heartbeat_is_over_when_each_lost_node_is_back);
+  RUN_TEST(test_a_heartbeat_is_monitored_from_1_ms_on);
+  RUN_TEST(test_lss_selects_the_node_by_its_identity);
   RUN_TEST(test_the_inhibit_time_of_emergencies_is_never_shorter_than_set);
   RUN_TEST(test_a_sync_is_late_in_the_first_ms_after_one_and_a_half_periods);
   RUN_TEST(test_without_a_first_sync_none_is_late);

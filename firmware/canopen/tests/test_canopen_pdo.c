@@ -244,6 +244,18 @@ static void test_what_cannot_be_mapped_is_refused(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 0, 1, 1));
 }
 
+/* A value that its owner refreshes is read by the dictionary, the others are copied: each at its place in the frame. */
+static void test_values_follow_each_other_however_they_are_read(void) {
+  DEVICE->values.u16 = 0x1234;
+  DEVICE->values.u8 = 0x56;
+  pdo_map map = {.count = 2, .length = 3, .item = {{.bytes = 2}, {.from = &DEVICE->values.u8, .bytes = 1}}};
+  TEST_ASSERT_EQUAL_HEX32(0, od_find(&DEVICE->node.dictionary, 0x2F00, 6, &map.item[0].object));
+  uint8_t bytes[8] = {0};
+  pdo_gather(&map, bytes);
+  const uint8_t expected[3] = {0x34, 0x12, 0x56};
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bytes, 3);
+}
+
 static void test_event_timer_repeats_a_tpdo_and_request_sends_one(void) {
   write_ok(0x1A02, 1, 0x2F000508, 4);
   write_ok(0x1A02, 0, 1, 1);
@@ -770,6 +782,7 @@ int main(void) {
   RUN_TEST(test_tpdo_with_a_start_value_begins_at_that_counter);
   RUN_TEST(test_mapping_follows_the_sequence_of_the_standard_only);
   RUN_TEST(test_what_cannot_be_mapped_is_refused);
+  RUN_TEST(test_values_follow_each_other_however_they_are_read);
   RUN_TEST(test_a_command_in_an_rpdo_is_executed_once_for_each_frame);
   RUN_TEST(test_an_rpdo_with_a_value_that_is_refused_executes_nothing);
   RUN_TEST(test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written);

@@ -83,6 +83,20 @@ static void test_segmented_upload_brings_a_text(void) {
   TEST_ASSERT_EQUAL(SDO_IDLE, SERVER->state);
 }
 
+/* The toggle bit alternates within a transfer, and each one begins with 0: also after a transfer of one segment. */
+static void test_each_transfer_begins_with_toggle_0(void) {
+  const uint8_t start[8] = {0x21, 0x00, 0x2F, 6, 2};
+  const uint8_t only_segment[8] = {0x0B, 0x34, 0x12};
+  uint8_t answer[8];
+  for (int transfer = 0; transfer < 3; transfer++) {
+    bench_sdo(start, answer);
+    TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+    bench_sdo(only_segment, answer);
+    TEST_ASSERT_EQUAL_HEX8(0x20, answer[0]);
+  }
+  TEST_ASSERT_EQUAL_HEX16(0x1234, bench.device.values.u16);
+}
+
 static void test_segment_with_the_wrong_toggle_is_refused(void) {
   const uint8_t upload[8] = {0x40, 0x00, 0x2F, 10};
   const uint8_t download[8] = {0x21, 0x00, 0x2F, 8, 8};
@@ -824,6 +838,7 @@ int main(void) {
   RUN_TEST(test_each_refusal_has_its_abort_code_and_changes_nothing);
   RUN_TEST(test_expedited_write_without_a_length_takes_that_of_the_type);
   RUN_TEST(test_segmented_upload_brings_a_text);
+  RUN_TEST(test_each_transfer_begins_with_toggle_0);
   RUN_TEST(test_segment_with_the_wrong_toggle_is_refused);
   RUN_TEST(test_segmented_download_must_bring_what_it_announced);
   RUN_TEST(test_a_download_announced_with_the_largest_size_is_refused_at_once);

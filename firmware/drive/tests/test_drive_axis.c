@@ -965,6 +965,72 @@ static void test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them
   }
 }
 
+/* An experiment that ends at 0.3 rad/s, also by its torque, leaves an axis that slows down from there. */
+static void test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends(void) {
+  static const servo_mode modes[] = {SERVO_SPEED, SERVO_TORQUE};
+  for (unsigned i = 0; i < 2; ++i) {
+    bench b = bench_in(DRIVE_NO_MODE);
+    const servo_axis_command stimulus = {
+        .mode = modes[i], .speed = {.rate_rad_s = modes[i] == SERVO_SPEED ? 0.3f : 0.0f}, .torque_nm = 20.0f};
+    b.in.stimulus = &stimulus;
+    ticks(&b, 300); /* 20 Nm on 20 kg m2 */
+    CHECK_NEAR("rate of the axis, rad/s", 0.3, b.rate_rad_s, 0.002);
+    b.in.stimulus = NULL;
+    tick(&b);
+    CHECK_NEAR("first set-point of the stop, rad/s", 0.3, b.command.speed.rate_rad_s, 0.002);
+    ticks(&b, 100); /* 6084: 2 rad/s2, reached at 50 rad/s3 */
+    CHECK_NEAR("100 ms later, rad/s", 0.3 - 2.0 * (0.1 - 0.02), b.command.speed.rate_rad_s, 0.004);
+  }
+}
+
+/* --- tracking */
+
+static bench bench_tracking(const servo_target *target, double angle_rad) {
+  bench b = bench_in(DRIVE_TRACKING);
+  b.o.limit.position_minimum = -10000000;
+  b.o.limit.position_maximum = 10000000;
+  b.o.limit.maximum_velocity = 300000;
+  b.angle_rad = angle_rad;
+  b.in.joint_angle = encoder(angle_rad);
+  b.in.target = target;
+  tick(&b);
+  tick(&b); /* with the bounds of this travel */
+  return b;
+}
+
+/* With 607D at +-1 rad and 607F at 0.3 rad/s, away from an end and 0.1 mrad before it, where no rate is left. Towards
+ * the target the axis must be able to stop; away from it the rate limit holds. */
+static void test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel(void) {
+  static const struct {
+    double angle_rad;
+    float target_rad_s, minimum_rad_s, maximum_rad_s;
+  } cases[] = {{0.0, 0.1f, -0.3f, 0.3f},     {0.0, -0.1f, -0.3f, 0.3f},    {0.9999, 0.1f, -0.3f, 0.0f},
+               {0.9999, -0.1f, -0.3f, 0.3f}, {-0.9999, -0.1f, 0.0f, 0.3f}, {-0.9999, 0.1f, -0.3f, 0.3f}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    const servo_target target = {.known = true, .rate_rad_s = cases[i].target_rad_s};
+    const bench b = bench_tracking(&target, cases[i].angle_rad);
+    TEST_ASSERT_EQUAL_INT(SERVO_TRACKING, b.command.mode);
+    const tracking_limits *limits = &b.axis.motion.tracking; /* the command points to it */
+    CHECK_NEAR("minimum, rad/s", cases[i].minimum_rad_s, limits->minimum_rad_s, 0.02);
+    CHECK_NEAR("maximum, rad/s", cases[i].maximum_rad_s, limits->maximum_rad_s, 0.02);
+    CHECK_SAME("6083, rad/s2", 2.0, limits->acceleration_rad_s2);
+    CHECK_SAME("60A4, rad/s3", 50.0, limits->jerk_rad_s3);
+  }
+}
+
+/* Bit 11 while a limit keeps the axis from the target's rate. */
+static void test_a_target_that_is_too_fast_is_reported_as_limited(void) {
+  servo_target target = {.known = true, .rate_rad_s = 0.1f};
+  bench b = bench_tracking(&target, 0.0);
+  b.in.reference_rad_s = 0.1f;
+  tick(&b);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  target.rate_rad_s = 3.0f;
+  b.in.reference_rad_s = 0.3f;
+  tick(&b);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+}
+
 static void test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1(void) {
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
   b.o.torque.maximum = 500;
@@ -1211,6 +1277,9 @@ int main(void) {
   RUN_TEST(test_cst_at_full_torque_stops_within_the_travel);
   RUN_TEST(test_cst_is_not_blocked_by_the_rate_that_the_mode_before_has_demanded);
   RUN_TEST(test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them);
+  RUN_TEST(test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends);
+  RUN_TEST(test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel);
+  RUN_TEST(test_a_target_that_is_too_fast_is_reported_as_limited);
   RUN_TEST(test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1);
   RUN_TEST(test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword);
   RUN_TEST(test_any_mode_takes_over_a_moving_axis_without_a_step);

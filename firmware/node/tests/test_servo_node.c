@@ -114,6 +114,20 @@ static void test_a_period_that_the_drive_cannot_have_is_refused_and_no_other(voi
   SET(0x60C2, 2, (uint8_t)-3);
 }
 
+/* Options, methods and modes of the standard that this drive has not: within the ranges of their objects. */
+static void test_what_the_drive_has_not_is_refused(void) {
+  static const struct {
+    uint16_t index;
+    uint8_t value;
+  } cases[] = {{0x605A, 3}, {0x605A, 4},  {0x60F2, 3}, {0x60F2, 0x10},
+               {0x6098, 1}, {0x6098, 17}, {0x6060, 4}, {0x6060, 5}};
+  for (uint32_t i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    const uint32_t before = get(cases[i].index, 0);
+    TEST_ASSERT_EQUAL_HEX32(0x06090030, set(cases[i].index, 0, cases[i].value));
+    TEST_ASSERT_EQUAL_HEX32(before, get(cases[i].index, 0));
+  }
+}
+
 static void test_the_time_out_of_cyclic_setpoints_follows_their_period(void) {
   SET(0x60C2, 1, 100);
   enable(0, CSV);
@@ -629,12 +643,14 @@ static void test_a_board_starts_off_at_its_angles_whatever_was_in_its_memory(voi
   machine.axis[1].turns = -0.4;
   memset(&board, 0x5A, sizeof board);
   CHECK_STATUS(CONTROL_OK, servo_board_start(&board, &machine.functions, &params));
+  servo_board_pwm_period(&board, 1);
   servo_board_tick(&board);
   for (int i = 0; i < SERVO_AXES; ++i) {
     TEST_ASSERT_EQUAL_INT(SERVO_OFF, board.app.axis[i].mode);
     TEST_ASSERT_FALSE(board.app.axis[i].implausible);
     CHECK_SAME("rad/s", 0.0, board.app.axis[i].signals.rates.joint_rate_rad_s);
     CHECK_SAME("A", 0.0, board.app.axis[i].current_reference_a);
+    CHECK_SAME("duty", 0.0, machine.axis[i].duty);
     TEST_ASSERT_FALSE(machine.axis[i].powered);
   }
 }
@@ -810,6 +826,7 @@ int main(void) {
   RUN_TEST(test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going);
   RUN_TEST(test_a_stop_in_rpdo1_is_obeyed_whatever_mode_it_carries);
   RUN_TEST(test_a_period_that_the_drive_cannot_have_is_refused_and_no_other);
+  RUN_TEST(test_what_the_drive_has_not_is_refused);
   RUN_TEST(test_the_time_out_of_cyclic_setpoints_follows_their_period);
   RUN_TEST(test_each_fault_of_the_board_stops_its_axis_alone_and_is_reported);
   RUN_TEST(test_an_axis_whose_self_test_failed_is_never_ready);

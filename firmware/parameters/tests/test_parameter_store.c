@@ -169,6 +169,16 @@ static void test_the_set_in_use_survives_a_newer_one_that_was_refused(void) {
   TEST_ASSERT_TRUE(finds(&next));
 }
 
+/* found[n] that was not found protects nothing: the next save may take any page. */
+static void test_a_set_that_was_not_found_is_not_in_use(void) {
+  for (uint32_t n = 0; n < 3; ++n) {
+    fit_flash(256, 4);
+    restart();
+    parameter_store_use(&store, n);
+    TEST_ASSERT_FALSE(store.has_in_use);
+  }
+}
+
 static void test_a_page_that_cannot_be_programmed_leaves_the_old_set(void) {
   row_set old, next;
   fit_flash(256, 4);
@@ -431,6 +441,7 @@ int main(void) {
   RUN_TEST(test_sequence_numbers_end_long_after_the_flash);
   RUN_TEST(test_pages_wear_evenly);
   RUN_TEST(test_the_set_in_use_survives_a_newer_one_that_was_refused);
+  RUN_TEST(test_a_set_that_was_not_found_is_not_in_use);
   RUN_TEST(test_a_page_that_cannot_be_programmed_leaves_the_old_set);
   RUN_TEST(test_a_wrong_bit_anywhere_gives_the_set_before_and_is_reported);
   RUN_TEST(test_two_wrong_bits_or_a_wrong_double_word_give_the_set_before);

@@ -68,7 +68,8 @@ static void test_a_target_beyond_half_a_turn_counts_as_not_found(void) {
   params.scale_rad = 1e-3f;
   TEST_ASSERT_TRUE(give((camera_message){.x = 3141, .time = 3000, .quality = 100, .counter = 1}).valid);
   TEST_ASSERT_FALSE(give((camera_message){.x = -3142, .time = 3000, .quality = 100, .counter = 2}).valid);
-  TEST_ASSERT_FALSE(give((camera_message){.x = 2300, .y = 2300, .time = 3000, .quality = 100, .counter = 3}).valid);
+  TEST_ASSERT_FALSE(give((camera_message){.y = 3142, .time = 3000, .quality = 100, .counter = 3}).valid);
+  TEST_ASSERT_FALSE(give((camera_message){.x = 2300, .y = 2300, .time = 3000, .quality = 100, .counter = 4}).valid);
 }
 
 static void test_a_frame_older_than_the_history_does_not_count(void) {

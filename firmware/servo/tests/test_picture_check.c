@@ -123,6 +123,17 @@ static void test_few_pictures_are_enough(void) {
   TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, verdict_on(of, &judged_ms));
 }
 
+/* 0.2 mrad off the straight line: noise alone must not prove a picture. */
+static void test_a_picture_of_too_little_motion_is_not_judged(void) {
+  film of = kRight;
+  of.y_rad_s = 0.0;
+  int judged_ms = 0;
+  of.x_rad_s = 0.005;
+  TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, verdict_on(of, &judged_ms));
+  of.x_rad_s = 0.0065;
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, verdict_on(of, &judged_ms));
+}
+
 static void test_a_verdict_of_wrong_stays_until_it_is_reset(void) {
   film of = kRight;
   of.roll_deg = 180.0;
@@ -165,6 +176,7 @@ int main(void) {
   RUN_TEST(test_a_turned_picture_warns_from_45_degrees_and_is_wrong_from_60);
   RUN_TEST(test_a_mirrored_picture_is_wrong_in_whichever_direction_moves_first);
   RUN_TEST(test_few_pictures_are_enough);
+  RUN_TEST(test_a_picture_of_too_little_motion_is_not_judged);
   RUN_TEST(test_a_verdict_of_wrong_stays_until_it_is_reset);
   RUN_TEST(test_a_complete_verdict_stays);
   RUN_TEST(test_a_target_that_is_followed_proves_its_picture);

@@ -136,6 +136,15 @@ static void test_a_sender_that_began_anew_gets_in_step_again(void) {
   TEST_ASSERT_EQUAL_UINT32(0, strobes.missing + strobes.additional);
 }
 
+/* A sender whose counter says something else in each frame has no order to get in step with. */
+static void test_a_counter_that_jumps_never_gets_in_step(void) {
+  for (int i = 0; i < 10 * STROBE_LOG_AGREE; ++i) {
+    counter = (uint8_t)(counter + 7 * i);
+    TEST_ASSERT_FALSE(frame(DELAY_US));
+  }
+  TEST_ASSERT_EQUAL_UINT32(0, strobes.paired);
+}
+
 /* Edges at 20 kHz for 10 s: nothing is paired, each ms is counted, and then it works again. */
 static void test_noise_is_counted_and_pairs_nothing(void) {
   get_in_step();
@@ -163,6 +172,7 @@ int main(void) {
   RUN_TEST(test_the_edge_of_another_frame_is_refused);
   RUN_TEST(test_a_frame_that_comes_twice_is_none);
   RUN_TEST(test_a_sender_that_began_anew_gets_in_step_again);
+  RUN_TEST(test_a_counter_that_jumps_never_gets_in_step);
   RUN_TEST(test_noise_is_counted_and_pairs_nothing);
   return UNITY_END();
 }
