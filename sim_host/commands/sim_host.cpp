@@ -401,7 +401,6 @@ int main(int argc, char **argv) {
   sim::add_experiments(app);
   sim::add_assumed_plants(app);
   sim::add_random_plants(app);
-  sim::add_fig9_scan(app);
   sim::add_base_motion(app);
   sim::add_passes(app);
   sim::add_node_tracking(app);

@@ -13,7 +13,6 @@
 #include "studies/base_motion/base_motion.hpp"
 #include "studies/campaign/campaign.hpp"
 #include "studies/campaign/results.hpp"
-#include "studies/fig9_scan/fig9_scan_report.hpp"
 #include "studies/identification_value/identification_value.hpp"
 #include "studies/node_tracking/node_tracking.hpp"
 #include "studies/random_plants/random_plants_report.hpp"
@@ -114,41 +113,6 @@ void random_plants(const RandomPlantsOptions& options) {
   print(tried, summary);
   write_random_plants(tried, summary, TRACKSERVO_GIT, options.out_dir);
   fmt::print("Wrote {0}/random_plants.json and {0}/random_plants.csv\n", options.out_dir.string());
-}
-
-struct Fig9Options {
-  Fig9Setup setup;
-  std::filesystem::path data_dir = TRACKSERVO_DATA_DIR;
-  std::filesystem::path out_dir;
-};
-
-// Throws std::invalid_argument when the experiment does not have both readings of Fig. 9.
-Fig9Paper paper_of_fig9(const Experiment& step) {
-  const auto printed = [&](const char *metric) {
-    const PaperFigure *figure = paper_figure(step.paper, cases_of(step.studies.front()).front().name, metric);
-    if (figure == nullptr || !figure->uncompensated) {
-      throw std::invalid_argument(
-          fmt::format("experiment \"{}\" has no [[paper]] figure {}; add it", step.name, metric));
-    }
-    return *figure->uncompensated;
-  };
-  return {printed(kAboveFrictionFree), printed(kOverFrictionFree)};
-}
-
-void fig9_scan(const Fig9Options& options) {
-  Fig9Setup setup = options.setup;
-  setup.axis = load_plant(options.data_dir / "plants/paper_simulation.toml").axis[kAzimuth];
-  const std::vector<Experiment> experiments = load_experiments(options.data_dir, TRACKSERVO_DATA_DIR);
-  const Experiment& step = experiment_named("step_disturbed", experiments);
-  setup.sine = experiment_named("sine", experiments).studies.front().scenario;
-  setup.disturbed_step = step.studies.front().scenario;
-  setup.paper = paper_of_fig9(step);
-  start_progress();
-  const std::vector<Fig9Outcome> outcomes = scan_fig9(setup, show_progress);
-  const Fig9Summary summary = summary_of(outcomes, setup.paper);
-  print(setup, summary);
-  write_fig9_scan(setup, outcomes, summary, TRACKSERVO_GIT, options.out_dir);
-  fmt::print("written {}\n", (options.out_dir / "fig9_scan.json").string());
 }
 
 // Options of every study, including its seeds.
@@ -317,21 +281,6 @@ void add_random_plants(CLI::App& app) {
     options->all_seeds_given = count->count() + first->count() + seeds->count() > 0;
     random_plants(*options);
   });
-}
-
-void add_fig9_scan(CLI::App& app) {
-  auto options = std::make_shared<Fig9Options>();
-  Fig9Setup& setup = options->setup;
-  CLI::App *command = app.add_subcommand(
-      "fig9-scan", "look for values of the unpublished parameters that match both Fig. 7 and Fig. 9 of the paper");
-  command->add_option("--samples", setup.samples, "number of random parameter sets")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
-  command->add_option("--seed", setup.seed, "seed of the parameter sets")->check(seed())->capture_default_str();
-  add_threads(*command, setup.threads);
-  command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
-  OutputFiles(*command).folder("--out", options->out_dir, "folder for fig9_scan.json", {"fig9_scan.json"})->required();
-  command->callback([options] { fig9_scan(*options); });
 }
 
 void add_node_tracking(CLI::App& app) {

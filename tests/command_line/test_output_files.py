@@ -25,7 +25,6 @@ WRITERS = [
     ("sim_host experiments", "--out", "results.json"),
     ("sim_host beliefs", "--out", "beliefs.json"),
     ("sim_host random-plants --plant PLANT", "--out", "random_plants.json"),
-    ("sim_host fig9-scan", "--out", "fig9_scan.json"),
     ("sim_host base-motion --plant PLANT", "--out", "base_motion.json"),
     ("sim_host passes --plant PLANT", "--out", "passes.json"),
     ("sim_host node-tracking --plant PLANT", "--out", "node_tracking.json"),

@@ -41,7 +41,7 @@ steps_of_place() {
       esac
       ;;
     docs/ci/*) echo check ;;
-    docs/ros2/*) echo long:ros2_bus ;;
+    docs/ros2/*) echo short:device long:device_image ;;
     docs/images/*) echo short:test_docs ;;
 
     firmware/*/tests/*.cpp) echo short asan ;;
@@ -61,7 +61,6 @@ steps_of_place() {
     tests/configure/*.py) echo long:configure ;;
     tests/device/on_socketcan/*.py) echo socketcan ;;
     tests/device/*.py) echo short:device long:device_image socketcan ;;
-    tests/ros2/*.py | tools/ros2/*.py) echo long:ros2_bus ;;
     tests/socketcan/*) echo socketcan ;;
     tests/target/*.py) echo short:emulate_board long:first_power_up ;;
     tests/real_time.args) echo short long clients servoctl servoctl-image ;;

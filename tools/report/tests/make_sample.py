@@ -59,7 +59,6 @@ def make_sample(folder: Path) -> Path:
     (folder / "passes.json").write_text(json.dumps(_passes()), encoding="utf-8")
     (folder / "base_motion.json").write_text(json.dumps(_base_motion()), encoding="utf-8")
     (folder / "node_tracking.json").write_text(json.dumps(_node_tracking()), encoding="utf-8")
-    (folder / "fig9_scan.json").write_text(json.dumps(_fig9_scan()), encoding="utf-8")
     return folder
 
 
@@ -102,21 +101,6 @@ def _random_plants() -> dict[str, Any]:
         "pitch": axis,
         "worst": [{"seed": 985, "ratio": 1.21, "factors": {"azimuth.load.wind_gust_rms_nm": 1.29}}],
         "without_result": [{"seed": 12, "reason": "the firmware refuses the parameters"}],
-    }  # fmt: skip
-
-
-def _fig9_scan() -> dict[str, Any]:
-    found = {
-        "coulomb_nm": 0.81, "breakaway_nm": 1.66, "stribeck_speed_deg_s": 0.09, "natural_frequency_rad_s": 6.48, "damping": 0.89,
-        "setpoint_weight": 0.5, "disturbance": "torque", "disturbance_phase_deg": 90.0, "sine_error_deg_s": 0.278, "overshoot_percent": 2.5,
-        "free_overshoot_percent": 2.0,
-    }  # fmt: skip
-    most = {**found, "overshoot_percent": 13.4, "free_overshoot_percent": 10.0, "disturbance": "speed"}
-    return {
-        "generator": {"program": "sim_host fig9-scan", "git": "abc1234", "samples": 6000, "seed": 1},
-        "fig7_deg_s": [0.2, 0.3], "paper": {"points": 25.0, "ratio": 1.25}, "least_free_overshoot_percent": 1.0, "matching": 2,
-        "matching_points": 0, "matching_ratio": 1, "most_points": most, "nearest_ratio": found, "most_ratio": most,
-        "any_points": 11, "any_most_points": 141.0, "sets": [found, most],
     }  # fmt: skip
 
 

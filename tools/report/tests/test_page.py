@@ -167,20 +167,6 @@ def test_results_of_an_older_program_are_shown_without_marks(changed: Any) -> No
     assert 'class="differs"' not in (place / "report.html").read_text(encoding="utf-8")
 
 
-def test_both_readings_of_fig_9_stand_beside_it(page: str, outline: Outline) -> None:
-    table = page[page.index('id="fig9-table"') :]
-    assert "difference: +25 points" in table[:2000] and "0 of 2" in table[:2000]
-    assert "ratio: × 1.25 or more" in table[:2000] and "1 of 2" in table[:2000]
-    assert "+3.4 points" in table[:2000] and "× 1.34" in table[:2000]
-    assert len(plots(outline, "fig9")) == 2
-
-
-def test_a_folder_without_the_scan_says_how_to_make_it(changed: Any) -> None:
-    place = changed(lambda data: None)
-    assert main([str(place)]) == 0
-    assert "sim_host fig9-scan" in (place / "report.html").read_text(encoding="utf-8")
-
-
 def test_all_but_the_summary_and_its_table_is_folded(page: str) -> None:
     sections = re.findall(r'<section id="(\w+)">\n(.*)', page)
     assert [name for name, first in sections if first != '<details class="fold">'] == ["summary", "reading", "results"]

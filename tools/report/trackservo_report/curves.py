@@ -242,31 +242,6 @@ def step_response(book: RunBook, experiment: str, key: str) -> list[View]:
     return views
 
 
-def fig9_scan(scan: dict[str, Any]) -> View:
-    """Overshoot with friction over that without, of every scanned set that gives Fig. 7."""
-    free = [item["free_overshoot_percent"] for item in scan["sets"]]
-    plot = canvas(430, xaxis_title="overshoot without friction (%)", yaxis_title="overshoot with friction (%)")
-    plot.add_trace(
-        go.Scatter(
-            x=free,
-            y=[item["overshoot_percent"] for item in scan["sets"]],
-            mode="markers",
-            name="a set that gives Fig. 7",
-            marker={"color": controller_colour(BASELINE), "size": 5, "opacity": 0.7},
-        )
-    )
-    points, ratio = scan["paper"]["points"], scan["paper"]["ratio"]
-    reach = np.array([0.0, 1.05 * max(free, default=1.0)])
-    for name, values, dash in (
-        ("no difference", reach, "dot"),
-        (f"paper as a ratio: × {ratio:g}", ratio * reach, "dash"),
-        (f"paper as points: + {points:g}", points + reach, "longdash"),
-    ):
-        line = {"color": MUTED if dash == "dot" else INK, "width": 1.3, "dash": dash}
-        plot.add_trace(go.Scatter(x=reach, y=values, mode="lines", name=name, line=line, hoverinfo="skip"))
-    return View("unpublished numbers", plot)
-
-
 def start_up(book: RunBook, experiment: str, key: str) -> list[View]:
     """Start from rest at each speed, with the first half second in view (Fig. 14)."""
     cases = book.cases(experiment)

@@ -30,8 +30,6 @@ from .requirements import ELSEWHERE, requirement_lines
 from .sensitivity import sensitivity_lines, variance_lines
 from .studies import (
     base_tracking_rows,
-    fig9_rows,
-    fig9_sentence,
     identification_value_rows,
     isolation_rows,
     node_tracking_rows,
@@ -39,7 +37,6 @@ from .studies import (
     pitch_margin_rows,
     random_plants_rows,
     read_base_motion,
-    read_fig9_scan,
     read_identification_value,
     read_node_tracking,
     read_passes,
@@ -209,12 +206,6 @@ def random_plants_table(results: Results) -> str | None:
     return "\n\n".join([_wrapped(said), *tables])
 
 
-def fig9_table(results: Results) -> str | None:
-    """Both readings of Fig. 9 over random sets of unpublished numbers."""
-    scan = read_fig9_scan(results.folder)
-    return f"{_wrapped(fig9_sentence(scan))}\n\n{_table(*fig9_rows(scan))}" if scan else None
-
-
 def passes_table(results: Results) -> str | None:
     """Straight passes; nothing where they were not run."""
     study = read_passes(results.folder)
@@ -248,7 +239,6 @@ TABLES: dict[str, Callable[[Results], str | None]] = {
     "variance": variance_table,
     "beliefs": identification_value_table,
     "random_plants": random_plants_table,
-    "fig9": fig9_table,
     "passes": passes_table,
     "node_tracking": node_tracking_table,
     "base_tracking": _base_motion_table(base_tracking_rows),

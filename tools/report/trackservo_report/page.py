@@ -26,7 +26,6 @@ from .hero import hero, standalone
 from .load import InputError, Results
 from .packing import packed
 from .sections import ablation_figures, friction_figures, line_of_sight_figures, paper_figures, price_figures
-from .studies import fig9_rows, fig9_sentence, read_fig9_scan
 from .theme import Figure
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -94,7 +93,6 @@ def _context(results: Results) -> dict[str, Any]:
     items = gather(results.rows)
     met, judged = count_goals(results.rows)
     reproduced, printed = count_reproduced(results.rows)
-    scan = read_fig9_scan(results.folder)
     duels = verdict.duels(items)
     return {
         "results": results,
@@ -103,7 +101,6 @@ def _context(results: Results) -> dict[str, Any]:
         "reproduced": reproduced,
         "printed": printed,
         "unreproduced": tables.unreproduced(results.rows),
-        "fig9": {"sentence": fig9_sentence(scan), "rows": fig9_rows(scan)} if scan else None,
         "met": met,
         "judged": judged,
         "unmet": tables.unmet_goals(results.rows),

@@ -8,7 +8,7 @@ from .controllers import BASELINE, COMPENSATED, INGREDIENTS
 from .display import number, plain_number, span, unit_title
 from .experiments import Plot, plots
 from .load import Results
-from .studies import read_base_motion, read_fig9_scan
+from .studies import read_base_motion
 from .theme import Figure, View
 
 LUGRE = ["firmware/control/lugre.c", "firmware/control/friction_feedforward.c"]
@@ -91,8 +91,7 @@ def _views(plot: Plot, results: Results, book: curves.RunBook, items: list[Compa
     if plot.recipe == "speed_error":
         return curves.speed_error(book, name, key, printed, plot.from_settled)
     if plot.recipe == "step_response":
-        scan = read_fig9_scan(results.folder) if key == FIG9 else None
-        return curves.step_response(book, name, key) + ([curves.fig9_scan(scan)] if scan else [])
+        return curves.step_response(book, name, key)
     if plot.recipe == "start_up":
         return curves.start_up(book, name, key)
     if plot.recipe == "bars":
@@ -106,10 +105,6 @@ def _views(plot: Plot, results: Results, book: curves.RunBook, items: list[Compa
     return curves.tracking_error(book, name, key, next(iter(printed.values()), (None, None)), ours)
 
 
-FIG9 = "fig9"
-"""The plot beside which the scan of unpublished numbers stands."""
-
-
 def paper_figures(results: Results, items: list[Comparison]) -> list[Figure]:
     """The plots of all experiments: the counterparts of the paper's figures, each headed with its result and ours."""
     book = curves.RunBook(results)
@@ -118,14 +113,13 @@ def paper_figures(results: Results, items: list[Comparison]) -> list[Figure]:
 
 def _figure(plot: Plot, results: Results, book: curves.RunBook, items: list[Comparison]) -> Figure:
     views = _views(plot, results, book, items)
-    scanned = " The second tab shows random sets of the numbers that the paper does not print."
     return Figure(
         plot.key,
         plot.title,
         views,
         paper=_filled(plot.paper, items, plot.experiment),
         ours=_filled(plot.ours, items, plot.experiment),
-        caption=plot.caption + (scanned if plot.key == FIG9 and read_fig9_scan(results.folder) else ""),
+        caption=plot.caption,
         hints=[f"sim_host/studies/{plot.experiment}/{file}" for file in ("experiment.toml", "scenario.toml")] + plot.code,
         mark=_mark(plot, items),
     )

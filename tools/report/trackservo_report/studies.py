@@ -1,7 +1,7 @@
-"""Studies beside the campaign, each with a file of its own: value of identification, random plants, a search for
-unpublished numbers that give the paper's Fig. 9, straight passes, a turning base, and tracking in the running node.
+"""Studies beside the campaign, each with a file of its own: value of identification, random plants,
+straight passes, a turning base, and tracking in the running node.
 
-They are run on demand (the last four by ./tools/demo --all, too); a folder without them has no table of them.
+They are run on demand (the last three by ./tools/demo --all, too); a folder without them has no table of them.
 """
 
 from __future__ import annotations
@@ -34,11 +34,6 @@ def read_identification_value(folder: Path) -> dict[str, Any] | None:
 def read_random_plants(folder: Path) -> dict[str, Any] | None:
     """What `sim_host random-plants` wrote into the folder."""
     return _read(folder, "random_plants.json", "sim_host random-plants")
-
-
-def read_fig9_scan(folder: Path) -> dict[str, Any] | None:
-    """What `sim_host fig9-scan` wrote into the folder."""
-    return _read(folder, "fig9_scan.json", "sim_host fig9-scan")
 
 
 def read_passes(folder: Path) -> dict[str, Any] | None:
@@ -172,47 +167,6 @@ REFERENCES = {"by_run": "by run", "with_right_age": "with the right age"}
 
 def _printed(name: str) -> str:
     return pretty_units(name).replace(" deg", "°").replace("m/s2", "m/s²")
-
-
-def fig9_rows(scan: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows: both readings of Fig. 9, and the set with the largest change."""
-    matching, paper = scan["matching"], scan["paper"]
-    points, ratio = scan["most_points"], scan["most_ratio"]
-    rows = [
-        [
-            f"difference: +{paper['points']:g} points",
-            f"{scan['matching_points']} of {matching}",
-            f"{_signed(points['overshoot_percent'] - points['free_overshoot_percent'], 1)} points",
-            *_set_words(points),
-        ],
-        [
-            f"ratio: × {paper['ratio']:g} or more",
-            f"{scan['matching_ratio']} of {matching}",
-            f"× {ratio['overshoot_percent'] / ratio['free_overshoot_percent']:.2f}",
-            *_set_words(ratio),
-        ],
-    ]
-    head = ["“the overshoot increases by 25 %” read as", "sets with this result", "largest result", "overshoot without → with friction", "numbers of that set"]
-    return head, rows
-
-
-def _set_words(found: dict[str, Any]) -> list[str]:
-    return [
-        f"{found['free_overshoot_percent']:.1f} → {found['overshoot_percent']:.1f} %",
-        f"Tc {found['coulomb_nm']:.2f}, Ts {found['breakaway_nm']:.2f} Nm, θ̇s {found['stribeck_speed_deg_s']:.2f} °/s, "
-        f"ωn {found['natural_frequency_rad_s']:.2f} rad/s, ζ {found['damping']:.2f}, set-point weight "
-        f"{found['setpoint_weight']:g}, disturbance as {found['disturbance']}, phase {found['disturbance_phase_deg']:.0f}°",
-    ]
-
-
-def fig9_sentence(scan: dict[str, Any]) -> str:
-    """What was scanned."""
-    setup, (low, high) = scan["generator"], scan["fig7_deg_s"]
-    return (
-        f"{setup['samples']:,} random sets (seed {setup['seed']}) of the numbers that the paper does not print, with the published J, σ0, "
-        "σ1 and σ2. The unpublished numbers are Tc, Ts, Stribeck speed, PI gains, set-point weight, and the kind and phase of the "
-        f"disturbance. {scan['matching']} sets give the ±{low:g} to {high:g} °/s of Fig. 7."
-    )
 
 
 def _signed(value: float, digits: int) -> str:
