@@ -33,8 +33,6 @@ AttackOptions attack_options(const AttackCommand& command) {
   const SeedRange range = *seed_range(command.seeds);  // it was checked
   options.seeds = range.count;
   options.first_seed = range.has_first ? range.first : options.first_seed;
-  options.origin.commit = TRACKSERVO_GIT;
-  options.origin.plant = command.plant.filename().string();
   return options;
 }
 
@@ -84,24 +82,17 @@ void add_attack(CLI::App& app, int& code) {
                            ->capture_default_str();
   OutputFiles outputs(*command);
   CLI::Option *json = outputs.file("--json", options->json, "file for the results");
-  CLI::Option *log =
-      command
-          ->add_option("--log", options->attack.log,
-                       "append each seed's result to this CSV file, and do not repeat the seeds that it has")
-          ->check(CLI::Validator(output_file_problem, "FILE"));
   command->add_option("--replay", options->replay, "run one seed and print every write, frame and event with its time")
       ->check(seed())
       ->excludes(seeds)
       ->excludes(first)
-      ->excludes(json)
-      ->excludes(log);
+      ->excludes(json);
   command
       ->add_option("--replay-sequence", options->sequence,
                    "run one of the known sequences and print its worst run in the same way")
       ->excludes(seeds)
       ->excludes(first)
-      ->excludes(json)
-      ->excludes(log);
+      ->excludes(json);
   add_threads(*command, options->attack.threads);
   command->callback([options, first, &code] {
     if (first->count() > 0 && seed_range(options->seeds)->has_first) {

@@ -43,7 +43,6 @@
 #include "fault_commands.hpp"
 #include "output_files.hpp"
 #include "run/scenario_check.hpp"
-#include "serve/sdo_benchmark.hpp"
 #include "serve/server.hpp"
 #include "studies/shared/study.hpp"
 #include "study_commands.hpp"
@@ -278,10 +277,6 @@ void bench(const std::filesystem::path& data_dir) {
   fmt::print("firmware tick of 1 ms, both axes, everything on                 {:8.1f} ns\n", figures.tick_ns);
   fmt::print("firmware current loop, one axis, one PWM period                 {:8.1f} ns\n", figures.pwm_ns);
   fmt::print("plant, both axes, one PWM period of 50 us                       {:8.1f} ns\n", figures.plant_pwm_ns);
-  constexpr double kMeasured_s = 2.0;
-  fmt::print("wall-clock time (depends on other load):\n");
-  fmt::print("SDO reads over SLCAN on TCP, one client, node in real time      {:8.0f} /s\n",
-             sim::sdo_reads_per_second(plant, kMeasured_s));
 }
 
 void add_run(CLI::App& app, int& code) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "base/json_file.hpp"
 
@@ -117,17 +116,6 @@ AttackCampaign run_attacks(const AttackBench& bench, const AttackOptions& option
       campaign.harmful.push_back(result);
     }
   };
-  std::vector<bool> done(options.seeds);
-  std::optional<AttackLog> log;
-  if (!options.log.empty()) {
-    log.emplace(options.log, options.origin, [&](const AttackResult& result) {
-      const std::uint64_t i = result.seed - options.first_seed;
-      if (result.seed >= options.first_seed && i < options.seeds && !done[i]) {
-        done[i] = true;
-        count(result);
-      }
-    });
-  }
   std::mutex mutex;
   const std::size_t jobs = (options.seeds + kSeedsPerJob - 1) / kSeedsPerJob;
   JobPool pool(options.threads, static_cast<int>(jobs), progress);
@@ -135,14 +123,9 @@ AttackCampaign run_attacks(const AttackBench& bench, const AttackOptions& option
     const std::uint64_t end = std::min<std::uint64_t>((job + 1) * kSeedsPerJob, options.seeds);
     std::vector<AttackResult> results;
     for (std::uint64_t i = job * kSeedsPerJob; i < end; ++i) {
-      if (!done[i]) {
-        results.push_back(run_attack(bench, options.first_seed + i));
-      }
+      results.push_back(run_attack(bench, options.first_seed + i));
     }
     const std::lock_guard<std::mutex> lock(mutex);
-    if (log) {
-      log->append(results);
-    }
     std::for_each(results.begin(), results.end(), count);
     return std::string("attacks");
   });

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "attack/attack_log.hpp"
+#include "attack/attack_run.hpp"
 #include "base/job_pool.hpp"
 
 namespace trackservo::sim {
@@ -16,9 +16,6 @@ struct AttackOptions {
   std::uint64_t first_seed = 1;
   std::uint64_t seeds = 5000;
   int threads = usable_threads();
-  // Each result is appended to this file, and the seeds that it already has are not run again; empty: no file.
-  std::filesystem::path log;
-  AttackLogOrigin origin;  // of that file
 };
 
 // All seeds of a theme.
@@ -46,7 +43,7 @@ struct AttackCampaign {
   ThemeSummary total() const;
 };
 
-// Memory: a bit per seed, and the results that did harm. Throws like AttackLog.
+// Memory: the results that did harm.
 AttackCampaign run_attacks(const AttackBench& bench, const AttackOptions& options,
                            const std::function<void(int, int, const std::string&)>& progress);
 
