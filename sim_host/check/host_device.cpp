@@ -5,10 +5,6 @@
 #include <cmath>
 #include <stdexcept>
 
-extern "C" {
-#include "products/brushed_tracker/default_parameters.h"
-}
-
 namespace trackservo::sim {
 namespace {
 
@@ -17,14 +13,8 @@ constexpr double kCountsPerRad_s = 1e6;
 
 }  // namespace
 
-NodeSetup device_setup(const PlantConfig& plant) {
-  return {plant,
-          {default_parameters[kAzimuth], default_parameters[kPitch]},
-          {default_limits[kAzimuth], default_limits[kPitch]}};
-}
-
 HostDevice::HostDevice(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
-    : setup_(device_setup(plant)), node_(setup_, seed, joint_angle_rad) {}
+    : setup_(product_setup(plant)), node_(setup_, seed, joint_angle_rad) {}
 
 std::uint32_t HostDevice::write(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, int bytes) {
   std::uint8_t data[4];

@@ -3,13 +3,9 @@
 #define TRACKSERVO_SIM_CHECK_HOST_DEVICE_HPP
 
 #include "check/device.hpp"
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 
 namespace trackservo::sim {
-
-// Gains and limits of firmware/products/brushed_tracker/default_parameters.c, whatever the plant is: gains designed
-// anew for a plant would hide that it no longer fits.
-NodeSetup device_setup(const PlantConfig& plant);
 
 class HostDevice : public CheckedDevice {
  public:

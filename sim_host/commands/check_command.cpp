@@ -1,16 +1,14 @@
 #include "check_command.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <memory>
 #include <numeric>
 #include <stdexcept>
 #include <thread>
 
+#include "board_program.hpp"
 #include "check/check_report.hpp"
 #include "check/check_run.hpp"
 #include "check/host_device.hpp"
@@ -167,26 +165,6 @@ int check(const CheckOptions& options, const ImageDevices& image_devices) {
   return report.kept() ? kKept : kNotKept;
 }
 
-// The emulated board is a program of its own: it needs an emulator that sim_host is not linked with.
-[[noreturn]] void hand_over(const std::vector<std::string>& arguments) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "check_board";
-  if (!fs::exists(program)) {
-    throw std::invalid_argument(
-        fmt::format("--image needs the emulated board, but {} is not built: run ./tools/setup test, then cmake "
-                    "--preset host, then cmake --build --preset host --target check_board",
-                    program.string()));
-  }
-  std::vector<char *> raw;
-  raw.reserve(arguments.size() + 1);
-  for (const std::string& argument : arguments) {
-    raw.push_back(const_cast<char *>(argument.c_str()));  // execv() changes nothing
-  }
-  raw.push_back(nullptr);
-  (void)std::fflush(nullptr);
-  execv(program.c_str(), raw.data());
-  throw std::runtime_error(fmt::format("{}: cannot be started: {}", program.string(), std::strerror(errno)));
-}
-
 }  // namespace
 
 void add_check(CLI::App& app, int& code, const std::vector<std::string>& arguments, const ImageDevices& image_devices) {
@@ -233,7 +211,7 @@ void add_check(CLI::App& app, int& code, const std::vector<std::string>& argumen
   command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   command->callback([options, &code, &arguments, &image_devices] {
     if (!options->image.empty() && !image_devices) {
-      hand_over(arguments);
+      hand_over_to_board(arguments);
     }
     code = check(*options, image_devices);
   });

@@ -1,7 +1,7 @@
 // sim_host check: does the firmware still meet its limits on this plant? Exit code 0: met, 1: not met, 2: wrong input.
 //
-// The same command serves sim_host, whose device is the firmware compiled into it, and check_board, whose device is the
-// emulated board with an image on it; sim_host passes --image on to check_board.
+// The same command serves sim_host, whose device is the firmware compiled into it, and emulate_board, whose device is
+// the emulated board with an image on it; sim_host passes --image on to emulate_board.
 #ifndef TRACKSERVO_SIM_COMMANDS_CHECK_COMMAND_HPP
 #define TRACKSERVO_SIM_COMMANDS_CHECK_COMMAND_HPP
 

@@ -43,10 +43,9 @@
 #include "fault_commands.hpp"
 #include "output_files.hpp"
 #include "run/scenario_check.hpp"
-#include "serve/server.hpp"
+#include "serve_command.hpp"
 #include "studies/shared/study.hpp"
 #include "study_commands.hpp"
-#include "target_arguments.hpp"
 
 namespace sim = trackservo::sim;
 
@@ -220,54 +219,6 @@ int identify(const IdentifyOptions& options) {
   return code;
 }
 
-constexpr double kSlowest = 0.1;
-constexpr double kFastest = 1000.0;
-
-struct ServeCommand {
-  std::filesystem::path plant;
-  sim::ServeOptions options;
-  std::string speed = "realtime";
-  sim::TargetArguments target;
-};
-
-// Simulated time per real time; none for "max".
-std::optional<double> pace_of(const std::string& speed) {
-  double pace = 1.0;
-  if (speed == "max") {
-    return std::nullopt;
-  }
-  if (speed != "realtime") {
-    (void)CLI::detail::lexical_cast(speed, pace);  // checked when it was parsed
-  }
-  return pace;
-}
-
-CLI::Validator speed() {
-  return {[](std::string& text) -> std::string {
-            double pace = 0.0;
-            const bool good = text == "realtime" || text == "max" ||
-                              (CLI::detail::lexical_cast(text, pace) && pace >= kSlowest && pace <= kFastest);
-            return good ? ""
-                        : fmt::format("Invalid pace \"{}\": expected realtime, max or a number from {} to {}", text,
-                                      kSlowest, kFastest);
-          },
-          "realtime, max or TIMES"};
-}
-
-void serve(const ServeCommand& command) {
-  sim::ServeOptions options = command.options;
-  sim::ServeReports reports = sim::reports_on_stdout();
-  options.pace = pace_of(command.speed);
-  const sim::PlantConfig plant = sim::load_plant(command.plant);
-  sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
-  options.target = sim::load_target(command.target, plant);
-  reports.open = [open = reports.open, &options](const std::vector<std::string>& addresses) {
-    open(addresses);
-    sim::print_start(options.target);
-  };
-  sim::serve(plant, options, reports);
-}
-
 void bench(const std::filesystem::path& data_dir) {
   const sim::PlantConfig plant = sim::load_plant(data_dir / "plants/tracker.toml");
   const sim::BenchmarkFigures figures =
@@ -332,47 +283,6 @@ void add_bench(CLI::App& app) {
   command->callback([data_dir] { bench(*data_dir); });
 }
 
-void add_serve(CLI::App& app) {
-  auto serving = std::make_shared<ServeCommand>();
-  serving->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
-  CLI::App *command =
-      app.add_subcommand("serve", "run the simulated drive as a CANopen node; exits on Ctrl-C or SIGTERM");
-  command->add_option("--plant", serving->plant, "plant file (TOML)")->check(CLI::ExistingFile);
-  command
-      ->add_option("--bus", serving->options.buses,
-                   "bus: slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--node-id,--node", serving->options.node_id,
-          "node id, unless LSS has stored another one in the flash file; 255: no node id, the node answers LSS only")
-      ->check(CLI::Range(1, 127) | CLI::Range(255, 255))
-      ->capture_default_str();
-  command
-      ->add_option("--bit-rate", serving->options.bit_rate,
-                   "bit rate of the bus in bit/s, and of the node unless LSS has stored another one in the flash file")
-      ->check(CLI::IsMember({125000, 250000, 500000, 1000000}))
-      ->capture_default_str();
-  command->add_option("--serial", serving->options.serial_number, "serial number (object 1018:4)")
-      ->capture_default_str();
-  command
-      ->add_option("--nodes", serving->options.nodes,
-                   "number of nodes; node ids and serial numbers count up, the flash files get the endings .2, .3 ...")
-      ->check(CLI::Range(1, 16))
-      ->capture_default_str();
-  command->add_option("--seed", serving->options.seed, "seed of all noise")->check(sim::seed())->capture_default_str();
-  command
-      ->add_option("--flash", serving->options.flash,
-                   "file for the contents of the flash, kept between runs; created if missing")
-      ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"));
-  command->add_option("--speed", serving->speed, "speed of simulated time: realtime, max, or a multiple of real time")
-      ->check(speed())
-      ->capture_default_str();
-  sim::add_target(*command, serving->target);
-  command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, sim::kUntilStdinEndsHelp);
-  command->callback([serving] { serve(*serving); });
-}
-
 void add_keys(CLI::App& app) {
   auto file = std::make_shared<std::string>();
   CLI::App *command = app.add_subcommand("keys", "print the reference page of the plant or scenario file");
@@ -387,7 +297,8 @@ void add_keys(CLI::App& app) {
 // NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);
-  const sim::ImageDevices image_devices;  // none: check passes images on to check_board
+  const sim::ImageDevices image_devices;  // none, nor a board to serve: both are passed on to emulate_board
+  const sim::ServeBoard serve_board;
   int code = 0;
   CLI::App app{"Simulator of the optical tracker with the servo firmware."};
   app.require_subcommand(1);
@@ -400,7 +311,7 @@ int main(int argc, char **argv) {
   sim::add_passes(app);
   sim::add_node_tracking(app);
   add_bench(app);
-  add_serve(app);
+  sim::add_serve(app, code, arguments, serve_board);
   sim::add_attack(app, code);
   sim::add_faults(app, code);
   sim::add_soak(app, code);

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "bench.hpp"
-#include "fault_injection/driven_node.hpp"
-#include "serve/node_parameters.hpp"
+#include "device/driven_node.hpp"
+#include "device/node_setup.hpp"
 
 namespace sim = trackservo::sim;
 

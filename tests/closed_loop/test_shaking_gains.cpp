@@ -12,9 +12,9 @@
 #include "base/random.hpp"
 #include "bench.hpp"
 #include "design/loop_margins.hpp"
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
+#include "device/node_setup.hpp"
 #include "fault_injection/shaking_gains.hpp"
-#include "serve/node_parameters.hpp"
 #include "support/test_size.h"
 #include "unity.h"
 

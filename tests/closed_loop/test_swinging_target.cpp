@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 #include "fault_injection/shaking_gains.hpp"
 #include "support/moving_target.hpp"
 #include "support/test_size.h"

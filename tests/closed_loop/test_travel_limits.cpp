@@ -10,7 +10,7 @@
 
 #include "base/random.hpp"
 #include "bench.hpp"
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 #include "support/test_size.h"
 
 namespace sim = trackservo::sim;

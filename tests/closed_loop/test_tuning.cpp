@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "bench.hpp"
+#include "device/node_setup.hpp"
 #include "run/machine.hpp"
-#include "serve/node_parameters.hpp"
 #include "support/test_size.h"
 #include "unity.h"
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 #include "support/test_size.h"
 #include "support/turned_picture.hpp"
 #include "unity.h"

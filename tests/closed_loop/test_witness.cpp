@@ -11,7 +11,7 @@
 
 #include "base/random.hpp"
 #include "bench.hpp"
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 #include "studies/random_plants/random_plant.hpp"
 #include "support/test_size.h"
 #include "unity.h"

@@ -57,5 +57,5 @@ def test_without_the_emulated_board_one_sentence_says_what_to_build(tmp_path: Pa
     alone.chmod(0o755)
     done = subprocess.run([alone, "check", "--image", IMAGE], capture_output=True, text=True)
     assert done.returncode == 2
-    assert "--target check_board" in done.stderr
+    assert "--target emulate_board" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

@@ -4,21 +4,19 @@
 #define TRACKSERVO_TARGET_RIG_HPP
 
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "board/board_machine.hpp"
-#include "can_client.hpp"
+#include "board/board_device.hpp"
+#include "device/can_client.hpp"
+#include "device/simulated_device.hpp"
 #include "run/trace.hpp"
-#include "serve/served_node.hpp"
 
 namespace bench {
 
 namespace sim = trackservo::sim;
 namespace target = trackservo::target;
+using sim::CanClient;
 
 // The tick, after period 0 has begun: docs/board.md states it, test_board_wiring measures it.
 constexpr double kTick_us = 24.0;
@@ -26,14 +24,9 @@ constexpr double kTick_us = 24.0;
 inline sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
 // The image in TARGET_IMAGE; it must have been built.
-inline std::vector<std::uint8_t> board_image() {
+inline target::Image board_image() {
   const char *name = std::getenv("TARGET_IMAGE");
-  std::ifstream file(name != nullptr ? name : "", std::ios::binary);
-  std::vector<std::uint8_t> image((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (image.empty()) {
-    throw std::runtime_error("no image of the board; is TARGET_IMAGE set?");
-  }
-  return image;
+  return target::read_image(name != nullptr ? name : "TARGET_IMAGE is not set");
 }
 
 // The plant's motion, loads and friction, measured without noise: encoder, current and duty are still quantised.
@@ -72,21 +65,14 @@ class HostRig {
  public:
   explicit HostRig(const sim::PlantConfig& plant, std::uint64_t seed = 1,
                    const std::array<double, sim::kAxes>& joint_angle_rad = kStart_rad)
-      : node_(plant, {}, seed, bus_, flash_, joint_angle_rad) {}
+      : device_(plant, bus_, {seed, joint_angle_rad}) {}
 
-  void pass_ms() {
-    for (int part = 0; part < 4; ++part) {  // answers come within the millisecond, as on the board
-      bus_.advance(sim::kTick_s / 4);
-      node_.process();
-    }
-    node_.tick();
-  }
-  sim::TruthState truth() const { return node_.machine().truth(); }
+  void pass_ms() { device_.pass_ms(); }
+  sim::TruthState truth() const { return device_.truth(); }
 
  private:
   sim::VirtualBus bus_;
-  sim::FlashMemory flash_;
-  sim::ServedNode node_;
+  sim::SimulatedDevice device_;
 
  public:
   CanClient client{bus_, [this] { pass_ms(); }};

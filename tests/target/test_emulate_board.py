@@ -1,4 +1,4 @@
-"""The program emulate_board itself, as a script runs it: EMULATE_BOARD and TARGET_IMAGE name it and its image."""
+"""The served board, as a script runs it: SIM_HOST, EMULATE_BOARD and TARGET_IMAGE name the programs and the image."""
 
 import math
 import os
@@ -10,6 +10,7 @@ import can
 import pytest
 
 PROGRAM = os.environ["EMULATE_BOARD"]
+SIM_HOST = os.environ["SIM_HOST"]
 IMAGE = os.environ["TARGET_IMAGE"]
 JOB = '"$@" & echo $!; wait $!'
 COUNTS_PER_DEG = 1e7 * math.pi / 180
@@ -41,9 +42,11 @@ def write(bus, index, sub, value, size):
     return 0 if answer[0] == 0x60 else int.from_bytes(answer[4:8], "little")
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_as_a_background_job_it_runs_until_a_signal_comes(number):
-    shell = subprocess.Popen(["sh", "-c", JOB, "sh", PROGRAM, IMAGE, "--bus", "slcan-tcp:0"],
+@pytest.mark.parametrize("number, command", [
+    (signal.SIGTERM, [PROGRAM, IMAGE]), (signal.SIGINT, [SIM_HOST, "serve", "--image", IMAGE]),
+])
+def test_as_a_background_job_it_runs_until_a_signal_comes(number, command):
+    shell = subprocess.Popen(["sh", "-c", JOB, "sh", *command, "--bus", "slcan-tcp:0"],
                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
     job = int(shell.stdout.readline())
     address = shell.stdout.readline().strip().removeprefix("slcan-tcp:")
@@ -59,6 +62,18 @@ def test_it_ends_with_standard_input_where_that_is_required():
     done = subprocess.run([PROGRAM, IMAGE, "--until-stdin-ends"], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("options, says", [
+    (["--image", __file__], "is no image of this board"),
+    (["--image", IMAGE, "--node-id", "3"], "--image excludes --node-id"),
+    (["--without", "pitch-gyro"], "--without requires --image"),
+    (["--image", IMAGE, "--without", "pitch-motor"], "--without: "),
+])
+def test_what_cannot_be_served_is_refused_in_one_sentence(options, says):
+    done = subprocess.run([SIM_HOST, "serve", *options], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert says in done.stderr and len(done.stderr.splitlines()) <= 2, done.stderr
 
 
 def test_an_unpowered_machine_stands_in_a_storm(tmp_path):

@@ -7,22 +7,15 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "device/simulated_node.hpp"
 #include "dictionary/device_description.hpp"
 #include "fault_description.hpp"
-#include "run/machine.hpp"
-#include "serve/node_parameters.hpp"
-
-extern "C" {
-#include "node/servo_node.h"
-#include "products/brushed_tracker/default_parameters.h"
-}
 
 namespace {
 
@@ -39,19 +32,6 @@ void write(const std::filesystem::path& file, const std::string& text) {
   }
 }
 
-// The node of the product, as its image starts it.
-std::unique_ptr<servo_node> start_node(sim::Machine& machine) {
-  auto node = std::make_unique<servo_node>();
-  const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
-  const servo_node_config config = {
-      kNodeId, nowhere, machine.hal_pointer(), default_parameters, default_limits, nullptr, 0, {}, nullptr, nullptr};
-  if (!servo_node_start(node.get(), &config)) {
-    throw std::runtime_error(
-        "the node refuses the product's default_parameters.c: renew it with tools/update-docs dictionary");
-  }
-  return node;
-}
-
 // File names and their texts.
 using Texts = std::vector<std::pair<std::string, std::string>>;
 
@@ -62,10 +42,16 @@ Texts describe_defaults(const sim::PlantConfig& plant) {
                {sim::node_limits(plant, sim::kAzimuth), sim::node_limits(plant, sim::kPitch)})}};
 }
 
+// Of the node of the product, as its image starts it.
 Texts describe_node(const sim::PlantConfig& plant) {
-  sim::Machine machine(plant, 1, {0.0, 0.0});
-  const std::unique_ptr<servo_node> node = start_node(machine);
-  const object_dictionary& objects = *servo_node_dictionary(node.get());
+  sim::NodeSetup setup = sim::product_setup(plant);
+  setup.scales.reset();
+  sim::NodeFittings fittings;
+  fittings.node_id = kNodeId;
+  fittings.hardware_version = nullptr;
+  sim::SimulatedNode simulated(setup, 1, {0.0, 0.0}, fittings);
+  servo_node *node = &simulated.node();
+  const object_dictionary& objects = *servo_node_dictionary(node);
   const dictionary::DeviceInfo info{"trackservo.eds", "trackservo", "trackservo", "Two-axis tracker servo, CiA 402"};
   nlohmann::ordered_json parameters = {{"schema_hash", node->objects.schema_hash}};
   parameters.update(dictionary::describe_parameters(objects, info));

@@ -3,7 +3,7 @@
 #define TRACKSERVO_SIM_EMULATOR_BOARD_FLASH_FILE_HPP
 
 #include "chip/stm32g474.hpp"
-#include "serve/flash_memory.hpp"
+#include "device/flash_memory.hpp"
 
 namespace trackservo::target {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "serve/flash_memory.hpp"
+#include "device/flash_memory.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 
 namespace trackservo::sim {
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <optional>
 
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 
 namespace trackservo::sim {
 

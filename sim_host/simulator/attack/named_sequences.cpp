@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "base/job_pool.hpp"
-#include "serve/flash_memory.hpp"
+#include "device/flash_memory.hpp"
 #include "target/target_camera.hpp"
 
 namespace trackservo::sim {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/random.hpp"
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 
 namespace trackservo::sim {
 

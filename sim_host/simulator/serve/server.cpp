@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -16,7 +17,7 @@
 #include "bus/slcan_tcp.hpp"
 #include "bus/socketcan.hpp"
 #include "bus/virtual_bus.hpp"
-#include "serve/served_node.hpp"
+#include "device/simulated_device.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -99,6 +100,11 @@ class ReadyMonitor {
   VirtualBus::Port port_;
 };
 
+// Of the n-th device, from 0 on: of all but the first with its number.
+std::filesystem::path file_of(const std::filesystem::path& file, int number) {
+  return number == 0 || file.empty() ? file : std::filesystem::path(fmt::format("{}.{}", file.string(), number + 1));
+}
+
 // Waits for a frame from a client or for the next tick. Returns false when a signal came, or standard input has ended
 // and that stops the server.
 bool wait(const Ends& ends, Clock::time_point until, bool until_stdin_ends) {
@@ -125,8 +131,69 @@ bool any_is_behind(const Ends& ends) {
   return std::any_of(ends.begin(), ends.end(), [](const std::unique_ptr<BusEnd>& end) { return end->is_behind(); });
 }
 
-void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, const ServeOptions& options,
-                 ReadyMonitor& monitor) {
+// The devices on the bus, with the targets in front of them.
+class Scenery {
+ public:
+  Scenery(const std::vector<Device *>& devices, VirtualBus& bus, const ServeOptions& options)
+      : devices_(devices), bus_(bus) {
+    for (std::size_t i = 0; i < devices.size() && options.target.scenario; ++i) {
+      targets_.push_back(std::make_unique<ServedTarget>(target_of(options.target, static_cast<int>(i)),
+                                                        options.seed + i, bus,
+                                                        [device = devices[i]] { device->strobe(); }));
+    }
+  }
+
+  // The addresses of the pictures, one per device that has them.
+  void add_videos(std::vector<std::string>& addresses) const {
+    for (const auto& target : targets_) {
+      if (!target->video_address().empty()) {
+        addresses.push_back(target->video_address());
+      }
+    }
+  }
+
+  void tick() {
+    for (std::size_t i = 0; i < devices_.size(); ++i) {
+      devices_[i]->tick();
+      if (!targets_.empty()) {
+        targets_[i]->tick(devices_[i]->truth(), devices_[i]->tracking());
+      }
+    }
+  }
+
+  void answer() {
+    for (Device *device : devices_) {
+      device->answer();
+    }
+  }
+
+  void take_health(CanHealth health) {
+    for (Device *device : devices_) {
+      device->take_health(health);
+    }
+  }
+
+  void pass_bus_time(double seconds) {
+    const auto drives = [](const Device *device) { return device->drives_bus(); };
+    if (std::none_of(devices_.begin(), devices_.end(), drives)) {
+      bus_.advance(seconds);
+    }
+  }
+
+ private:
+  static TargetOptions target_of(TargetOptions options, int number) {
+    options.camera_cob_id += static_cast<std::uint32_t>(number);
+    options.truth_csv = file_of(options.truth_csv, number);
+    options.video = options.video.empty() || number == 0 ? options.video : "pgm-tcp:0";
+    return options;
+  }
+
+  const std::vector<Device *>& devices_;
+  VirtualBus& bus_;
+  std::vector<std::unique_ptr<ServedTarget>> targets_;  // one per device, or none at all
+};
+
+void run_at_pace(Scenery& scenery, const Ends& ends, const ServeOptions& options, ReadyMonitor& monitor) {
   const double pace = *options.pace;
   const auto tick_time = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kTick_s / pace));
   Clock::time_point last = Clock::now();
@@ -138,19 +205,19 @@ void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, const 
     // Also after a stall the bus' time passes tick by tick: the frames of a tick leave before those of the next are
     // queued.
     double left_s = held ? 0.0 : pace * std::chrono::duration<double>(now - last).count();
-    const auto pass = [&device, &bus, &left_s](double seconds) {
+    const auto pass = [&scenery, &left_s](double seconds) {
       const double share_s = std::min(seconds, left_s);
-      device.pass_bus_time(bus, share_s);
+      scenery.pass_bus_time(share_s);
       left_s -= share_s;
     };
     last = now;
     pass(next_tick <= now ? kTick_s : left_s);
-    device.process();
+    scenery.answer();
     for (int behind = 0; behind < options.catch_up_ticks && next_tick <= now && !held; ++behind) {
       if (behind > 0) {
         pass(kTick_s);
       }
-      device.tick();
+      scenery.tick();
       monitor.count_tick();
       next_tick += tick_time;
     }
@@ -160,89 +227,39 @@ void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, const 
   }
 }
 
-void run_at_full_speed(VirtualBus& bus, ServedDevice& device, const Ends& ends, const ServeOptions& options,
-                       ReadyMonitor& monitor) {
+void run_at_full_speed(Scenery& scenery, const Ends& ends, const ServeOptions& options, ReadyMonitor& monitor) {
   while (wait(ends, any_is_behind(ends) ? Clock::now() + kHeldTime : Clock::now(), options.until_stdin_ends)) {
     pump(ends);
     if (any_is_behind(ends)) {
       continue;
     }
-    device.pass_bus_time(bus, kTick_s);
-    device.tick();
+    scenery.pass_bus_time(kTick_s);
+    scenery.tick();
     monitor.count_tick();
     pump(ends);
   }
 }
 
-// Nodes on one bus, each with its own machine and flash.
-class ServedNodes : public ServedDevice {
- public:
-  ServedNodes(const PlantConfig& plant, const ServeOptions& options, VirtualBus& bus) {
-    if (options.node_id != BUS_UNCONFIGURED && options.node_id + options.nodes - 1 > BUS_LAST_NODE_ID) {
-      throw std::invalid_argument(fmt::format("{} nodes from node id {} on: the last node id would be above {}",
-                                              options.nodes, options.node_id, BUS_LAST_NODE_ID));
-    }
-    for (int i = 0; i < options.nodes; ++i) {
-      flashes_.push_back(options.flash.empty() ? std::make_unique<FlashMemory>()
-                                               : std::make_unique<FlashMemory>(file_of(options.flash, i)));
-      const bool has_id = options.node_id != BUS_UNCONFIGURED;
-      const NodeOnBus on_bus = {static_cast<std::uint8_t>(options.node_id + (has_id ? i : 0)),
-                                static_cast<std::uint16_t>(options.bit_rate / 1000),
-                                options.serial_number + static_cast<std::uint32_t>(i)};
-      nodes_.push_back(std::make_unique<ServedNode>(plant, on_bus, options.seed + static_cast<std::uint64_t>(i), bus,
-                                                    *flashes_.back(), kServedStart_rad, true));
-      if (options.target.scenario) {
-        targets_.push_back(std::make_unique<ServedTarget>(target_of(options.target, i),
-                                                          options.seed + static_cast<std::uint64_t>(i), bus,
-                                                          [&machine = nodes_.back()->machine()] { machine.strobe(); }));
-      }
-    }
+std::vector<std::unique_ptr<Device>> simulated_devices(const PlantConfig& plant, const ServeOptions& options,
+                                                       VirtualBus& bus) {
+  const bool has_id = options.node_id != BUS_UNCONFIGURED;
+  if (has_id && options.node_id + options.nodes - 1 > BUS_LAST_NODE_ID) {
+    throw std::invalid_argument(fmt::format("{} nodes from node id {} on: the last node id would be above {}",
+                                            options.nodes, options.node_id, BUS_LAST_NODE_ID));
   }
-
-  // The addresses of the pictures, one per node that has them.
-  void add_videos(std::vector<std::string>& addresses) const {
-    for (const auto& target : targets_) {
-      if (!target->video_address().empty()) {
-        addresses.push_back(target->video_address());
-      }
-    }
+  std::vector<std::unique_ptr<Device>> devices;
+  for (int i = 0; i < options.nodes; ++i) {
+    SimulatedDevice::Options of_node;
+    of_node.node_id = static_cast<std::uint8_t>(options.node_id + (has_id ? i : 0));
+    of_node.kbit_s = static_cast<std::uint16_t>(options.bit_rate / 1000);
+    of_node.serial_number = options.serial_number + static_cast<std::uint32_t>(i);
+    of_node.seed = options.seed + static_cast<std::uint64_t>(i);
+    of_node.flash = file_of(options.flash, i);
+    of_node.holding_brakes = true;
+    devices.push_back(std::make_unique<SimulatedDevice>(plant, bus, of_node));
   }
-
-  void tick() override {
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      nodes_[i]->tick();
-      if (!targets_.empty()) {
-        targets_[i]->tick(nodes_[i]->machine().truth(), nodes_[i]->tracking());
-      }
-    }
-  }
-  void process() override {
-    for (const auto& node : nodes_) {
-      node->process();
-    }
-  }
-  void take_health(CanHealth health) override {
-    for (const auto& node : nodes_) {
-      node->take_health(health);
-    }
-  }
-
- private:
-  static std::filesystem::path file_of(const std::filesystem::path& file, int node) {
-    return node == 0 || file.empty() ? file : std::filesystem::path(fmt::format("{}.{}", file.string(), node + 1));
-  }
-
-  static TargetOptions target_of(TargetOptions options, int node) {
-    options.camera_cob_id += static_cast<std::uint32_t>(node);
-    options.truth_csv = file_of(options.truth_csv, node);
-    options.video = options.video.empty() || node == 0 ? options.video : "pgm-tcp:0";
-    return options;
-  }
-
-  std::vector<std::unique_ptr<FlashMemory>> flashes_;
-  std::vector<std::unique_ptr<ServedNode>> nodes_;
-  std::vector<std::unique_ptr<ServedTarget>> targets_;  // one per node, or none at all
-};
+  return devices;
+}
 
 }  // namespace
 
@@ -263,24 +280,23 @@ ServeReports reports_on_stdout() {
 
 void serve(const PlantConfig& plant, const ServeOptions& options, const ServeReports& reports) {
   VirtualBus bus(options.bit_rate);
-  ServedNodes nodes(plant, options, bus);
-  ServeReports with_videos = reports;
-  with_videos.open = [&reports, &nodes](std::vector<std::string> addresses) {
-    nodes.add_videos(addresses);
-    if (reports.open) {
-      reports.open(addresses);
-    }
-  };
-  serve(nodes, bus, options, with_videos);
+  const std::vector<std::unique_ptr<Device>> made = simulated_devices(plant, options, bus);
+  std::vector<Device *> devices;
+  std::transform(made.begin(), made.end(), std::back_inserter(devices),
+                 [](const auto& device) { return device.get(); });
+  serve(devices, bus, options, reports);
 }
 
-void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const ServeReports& reports) {
+void serve(const std::vector<Device *>& devices, VirtualBus& bus, const ServeOptions& options,
+           const ServeReports& reports) {
+  Scenery scenery(devices, bus, options);
   Ends ends;
   std::vector<std::string> addresses;
   for (const std::string& name : options.buses) {
-    ends.push_back(open_end(bus, name, [&device](CanHealth health) { device.take_health(health); }));
+    ends.push_back(open_end(bus, name, [&scenery](CanHealth health) { scenery.take_health(health); }));
     addresses.push_back(ends.back()->address());
   }
+  scenery.add_videos(addresses);
   (void)std::signal(SIGTERM, request_stop);
   (void)std::signal(SIGINT, request_stop);
   (void)std::signal(SIGPIPE, SIG_IGN);
@@ -289,9 +305,9 @@ void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, c
   }
   ReadyMonitor monitor(bus, reports.ready);
   if (options.pace) {
-    run_at_pace(bus, device, ends, options, monitor);
+    run_at_pace(scenery, ends, options, monitor);
   } else {
-    run_at_full_speed(bus, device, ends, options, monitor);
+    run_at_full_speed(scenery, ends, options, monitor);
   }
 }
 

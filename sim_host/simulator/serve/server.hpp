@@ -1,4 +1,4 @@
-// The simulated machine as a CANopen node on a bus for clients: `sim_host serve`.
+// Devices as CANopen nodes on a bus for clients: `sim_host serve`.
 //
 // It runs until SIGINT or SIGTERM. Standard input is read only on request, because a background job of a script or of a
 // CI service has none. Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of
@@ -7,7 +7,6 @@
 #ifndef TRACKSERVO_SIM_SERVE_SERVER_HPP
 #define TRACKSERVO_SIM_SERVE_SERVER_HPP
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -15,15 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "bus/socketcan.hpp"
 #include "bus/virtual_bus.hpp"
 #include "config/plant_config.hpp"
+#include "device/device.hpp"
 #include "serve/served_target.hpp"
 
 namespace trackservo::sim {
-
-// Initial joint angles of a served machine [rad].
-constexpr std::array<double, kAxes> kServedStart_rad = {0.0, 0.3};
 
 struct ServeOptions {
   std::vector<std::string> buses = {"slcan-tcp:0"};
@@ -58,32 +54,13 @@ constexpr const char *kUntilStdinEndsHelp =
 // Prints the addresses, a line each, then the line "ready". Each is flushed, so that a script can wait for it.
 ServeReports reports_on_stdout();
 
-// The served object: a device on the bus whose time advances in ticks of 1 ms.
-class ServedDevice {
- public:
-  ServedDevice() = default;
-  ServedDevice(const ServedDevice&) = delete;
-  ServedDevice& operator=(const ServedDevice&) = delete;
-  virtual ~ServedDevice() = default;
-
-  virtual void tick() = 0;
-
-  // Between ticks: answers need not wait.
-  virtual void process() {}
-
-  // Reports that a CAN controller's driver would give.
-  virtual void take_health(CanHealth /*health*/) {}
-
-  // Advances time on the bus; a device whose own ticks do this does nothing here.
-  virtual void pass_bus_time(VirtualBus& bus, double seconds) { bus.advance(seconds); }
-};
-
-// Serves until SIGTERM or SIGINT comes. Throws std::invalid_argument for an unknown bus, std::runtime_error for one
-// that cannot be opened.
+// Serves simulated devices until SIGTERM or SIGINT comes. Throws std::invalid_argument for an unknown bus,
+// std::runtime_error for one that cannot be opened.
 void serve(const PlantConfig& plant, const ServeOptions& options, const ServeReports& reports);
 
-// The same for any device; the options' node id and seed are not used.
-void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const ServeReports& reports);
+// The same for any devices on the bus; with a target, each has one in front of it.
+void serve(const std::vector<Device *>& devices, VirtualBus& bus, const ServeOptions& options,
+           const ServeReports& reports);
 
 }  // namespace trackservo::sim
 

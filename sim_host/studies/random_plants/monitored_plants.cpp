@@ -9,9 +9,9 @@
 #include <stdexcept>
 
 #include "commissioning/commissioning.hpp"
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
+#include "device/node_setup.hpp"
 #include "fault_injection/soak.hpp"
-#include "serve/node_parameters.hpp"
 #include "studies/random_plants/random_plant.hpp"
 #include "studies/shared/experiment.hpp"
 #include "target/fly_by.hpp"

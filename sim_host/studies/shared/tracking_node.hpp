@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "base/random.hpp"
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 #include "target/target_camera.hpp"
 
 namespace trackservo::sim {

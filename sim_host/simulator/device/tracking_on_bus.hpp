@@ -1,6 +1,6 @@
 // Whether the axes of a node track, from outside: its TPDO1 and TPDO2 as delivered (docs/can.md).
-#ifndef TRACKSERVO_SIM_SERVE_TRACKING_ON_BUS_HPP
-#define TRACKSERVO_SIM_SERVE_TRACKING_ON_BUS_HPP
+#ifndef TRACKSERVO_SIM_DEVICE_TRACKING_ON_BUS_HPP
+#define TRACKSERVO_SIM_DEVICE_TRACKING_ON_BUS_HPP
 
 #include <array>
 #include <cstdint>

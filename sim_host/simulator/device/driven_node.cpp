@@ -1,14 +1,10 @@
-#include "fault_injection/driven_node.hpp"
+#include "device/driven_node.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstring>
-#include <new>
 #include <stdexcept>
-
-#include "dictionary/refusal_text.hpp"
-#include "serve/node_parameters.hpp"
 
 extern "C" {
 #include "parameters/axis_dictionary.h"
@@ -18,78 +14,31 @@ extern "C" {
 namespace trackservo::sim {
 namespace {
 
-constexpr std::uint8_t kNodeId = 1;
 constexpr int kMaxTicksToEnable = 20;
 constexpr std::int64_t kUnlocked = ACCESS_LOCK_WORD;
 constexpr double kPositionCountsPerRad = 1e7;  // of positions
 
-bool send_nowhere(void *, const can_frame *) { return true; }
-
 }  // namespace
-
-NodeSetup::NodeSetup(const PlantConfig& of_plant)
-    : plant(of_plant),
-      parameters{node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)},
-      limits{node_limits(plant, kAzimuth), node_limits(plant, kPitch)},
-      scales(node_scales(plant)) {}
-
-NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
-                     const std::array<protection_limits, kAxes>& with_limits)
-    : plant(of_plant), parameters(with_parameters), limits(with_limits), scales(node_scales(plant)) {}
 
 DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad,
                        const NodeFittings& fittings)
-    : setup_(setup),
-      node_(std::make_unique<servo_node>()),
-      fittings_(fittings),
-      machine_(setup.plant, seed, joint_angle_rad) {
-  if (fittings.holding_brakes) {
-    machine_.fit_holding_brakes();
-  }
-  restart();
-  machine_.run_firmware(node_->board, [this] {
-    servo_node_tick(node_.get());
-    servo_node_serve(node_.get());
-  });
+    : simulated_(setup, seed, joint_angle_rad, fittings) {
   tick();  // it boots, and receives nothing before
-}
-
-void DrivenNode::restart() {
-  const servo_node_config config = {
-      kNodeId,
-      fittings_.sender.send != nullptr ? fittings_.sender : can_sender{send_nowhere, nullptr},
-      machine_.hal_pointer(),
-      setup_.parameters.data(),
-      setup_.limits.data(),
-      fittings_.flash,
-      0,
-      {},
-      "host",
-      &setup_.scales};
-  std::destroy_at(node_.get());
-  new (node_.get()) servo_node{};
-  if (!servo_node_start(node_.get(), &config)) {
-    throw std::runtime_error("the node did not start: " + dictionary::refusal_of(setup_.parameters, setup_.limits) +
-                             ".");
-  }
 }
 
 void DrivenNode::tick() {
   if (speaks_) {
-    canopen_node_heard(&node_->canopen);
+    canopen_node_heard(&node().canopen);
   }
-  machine_.advance_tick();
-  if (fittings_.flash != nullptr) {
-    servo_node_background(node_.get());
-  }
+  simulated_.tick();
 }
 
 // As an SDO server does: a command that is pending is called again in each tick.
 bool DrivenNode::is_written(const od_object& object, const std::uint8_t *bytes) {
   for (;;) {
-    node_->canopen.sdo_client = 0;  // whose lock it is (0x3040)
+    node().canopen.sdo_client = 0;  // whose lock it is (0x3040)
     const od_abort answer = od_write(&object, bytes, object.entry->bytes);
-    node_->canopen.sdo_client = SDO_CHANNELS;
+    node().canopen.sdo_client = SDO_CHANNELS;
     if (answer != OD_PENDING) {
       return answer == OD_OK;
     }
@@ -106,7 +55,7 @@ void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int
     bytes[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * i));
   }
   const bool written =
-      od_find(servo_node_dictionary(node_.get()), shifted, sub, &object) == OD_OK && is_written(object, bytes);
+      od_find(servo_node_dictionary(&node()), shifted, sub, &object) == OD_OK && is_written(object, bytes);
   if (!written) {
     throw std::runtime_error(fmt::format("the node refuses {} in 0x{:04X}:{}", value, shifted, sub));
   }
@@ -128,13 +77,13 @@ void DrivenNode::enable(const std::array<std::int8_t, kAxes>& modes) {
   for (int tick = 0; tick < kMaxTicksToEnable; ++tick) {
     bool enabled = true;
     for (int axis = 0; axis < kAxes; ++axis) {
-      const drive_power_state power = node_->axis[axis].drive.state.power;
+      const drive_power_state power = node().axis[axis].drive.state.power;
       write(axis, 0x6040, 0, power == DRIVE_SWITCH_ON_DISABLED ? 0x06 : 0x0F);
       enabled = enabled && power == DRIVE_OPERATION_ENABLED;
     }
     if (enabled) {
       for (int axis = 0; axis < kAxes; ++axis) {
-        wanted_rad_[static_cast<std::size_t>(axis)] = node_->axis[axis].objects.position.actual / kPositionCountsPerRad;
+        wanted_rad_[static_cast<std::size_t>(axis)] = node().axis[axis].objects.position.actual / kPositionCountsPerRad;
       }
       return;
     }
@@ -148,7 +97,7 @@ void DrivenNode::set_rate(int axis, double rate_rad_s) {
 }
 
 void DrivenNode::move(int axis, double rate_rad_s) {
-  if (node_->axis[axis].objects.state.mode != DRIVE_CYCLIC_POSITION) {
+  if (node().axis[axis].objects.state.mode != DRIVE_CYCLIC_POSITION) {
     set_rate(axis, rate_rad_s);
     return;
   }

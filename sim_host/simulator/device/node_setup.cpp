@@ -1,4 +1,4 @@
-#include "serve/node_parameters.hpp"
+#include "device/node_setup.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,6 +6,10 @@
 
 #include "design/control_design.hpp"
 #include "plant/base_spectrum.hpp"
+
+extern "C" {
+#include "products/brushed_tracker/default_parameters.h"
+}
 
 namespace trackservo::sim {
 
@@ -85,6 +89,22 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
 hal_scales node_scales(const PlantConfig& plant) {
   const auto current_a = static_cast<float>(plant.adc.current_full_scale_a);
   return {{current_a, current_a}, {current_a, current_a}, static_cast<float>(plant.adc.voltage_full_scale_v)};
+}
+
+NodeSetup::NodeSetup(const PlantConfig& of_plant)
+    : plant(of_plant),
+      parameters{node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)},
+      limits{node_limits(plant, kAzimuth), node_limits(plant, kPitch)},
+      scales(node_scales(plant)) {}
+
+NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
+                     const std::array<protection_limits, kAxes>& with_limits)
+    : plant(of_plant), parameters(with_parameters), limits(with_limits), scales(node_scales(plant)) {}
+
+NodeSetup product_setup(const PlantConfig& plant) {
+  return {plant,
+          {default_parameters[kAzimuth], default_parameters[kPitch]},
+          {default_limits[kAzimuth], default_limits[kPitch]}};
 }
 
 }  // namespace trackservo::sim

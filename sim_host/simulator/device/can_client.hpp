@@ -1,7 +1,7 @@
 // A CANopen client on the virtual bus, limited to the needs of the servo's tests: NMT, expedited SDO, the two axes'
 // states, both speed set-points in one RPDO, and the node's own messages (heartbeat, EMCY).
-#ifndef TRACKSERVO_SIM_EMULATOR_CAN_CLIENT_HPP
-#define TRACKSERVO_SIM_EMULATOR_CAN_CLIENT_HPP
+#ifndef TRACKSERVO_SIM_DEVICE_CAN_CLIENT_HPP
+#define TRACKSERVO_SIM_DEVICE_CAN_CLIENT_HPP
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 #include "bus/virtual_bus.hpp"
 
-namespace bench {
+namespace trackservo::sim {
 
 class CanClient {
  public:
@@ -21,7 +21,7 @@ class CanClient {
   };
 
   // `pass_ms` advances the bus and the node by one millisecond.
-  CanClient(trackservo::sim::VirtualBus& bus, std::function<void()> pass_ms);
+  CanClient(VirtualBus& bus, std::function<void()> pass_ms);
 
   void pass(int milliseconds);
 
@@ -73,9 +73,9 @@ class CanClient {
   void send(std::uint32_t identifier, const std::vector<std::uint8_t>& bytes);
   std::optional<can_frame> answer(int patience_ms);
 
-  trackservo::sim::VirtualBus& bus_;
+  VirtualBus& bus_;
   std::function<void()> pass_ms_;
-  trackservo::sim::VirtualBus::Port port_;
+  VirtualBus::Port port_;
   std::uint8_t node_ = 1;
   std::optional<can_frame> answer_;
   std::optional<std::uint32_t> abort_code_;
@@ -85,6 +85,6 @@ class CanClient {
   std::vector<Emergency> emergencies_;
 };
 
-}  // namespace bench
+}  // namespace trackservo::sim
 
 #endif

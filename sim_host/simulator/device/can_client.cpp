@@ -1,8 +1,8 @@
-#include "can_client.hpp"
+#include "device/can_client.hpp"
 
 #include <algorithm>
 
-namespace bench {
+namespace trackservo::sim {
 namespace {
 
 constexpr std::uint16_t kPitchShift = 0x800;
@@ -26,7 +26,7 @@ void append(std::vector<std::uint8_t>& bytes, std::uint32_t word) {
 
 }  // namespace
 
-CanClient::CanClient(trackservo::sim::VirtualBus& bus, std::function<void()> pass_ms)
+CanClient::CanClient(VirtualBus& bus, std::function<void()> pass_ms)
     : bus_(bus), pass_ms_(std::move(pass_ms)), port_(bus.attach([this](const can_frame& frame) { receive(frame); })) {}
 
 void CanClient::receive(const can_frame& frame) {
@@ -137,4 +137,4 @@ void CanClient::set_speeds(std::int32_t azimuth_urad_s, std::int32_t pitch_urad_
   send(0x400U + node_, bytes);
 }
 
-}  // namespace bench
+}  // namespace trackservo::sim

@@ -1,4 +1,4 @@
-#include "serve/flash_memory.hpp"
+#include "device/flash_memory.hpp"
 
 #include <fmt/format.h>
 

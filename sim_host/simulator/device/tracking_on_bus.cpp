@@ -1,4 +1,4 @@
-#include "serve/tracking_on_bus.hpp"
+#include "device/tracking_on_bus.hpp"
 
 extern "C" {
 #include "drive/drive_axis.h"

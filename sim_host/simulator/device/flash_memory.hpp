@@ -3,8 +3,8 @@
 //
 // It follows the hardware's rules (hal_flash.h). The file has every operation as soon as it is done: a simulator that
 // is killed during a save leaves the same contents as a board whose power fails.
-#ifndef TRACKSERVO_SIM_SERVE_FLASH_MEMORY_HPP
-#define TRACKSERVO_SIM_SERVE_FLASH_MEMORY_HPP
+#ifndef TRACKSERVO_SIM_DEVICE_FLASH_MEMORY_HPP
+#define TRACKSERVO_SIM_DEVICE_FLASH_MEMORY_HPP
 
 #include <array>
 #include <cstdint>

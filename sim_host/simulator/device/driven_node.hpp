@@ -1,39 +1,13 @@
 // The servo's node on a simulated machine, driven through its objects as a master would, without a bus between them.
-#ifndef TRACKSERVO_SIM_FAULT_INJECTION_DRIVEN_NODE_HPP
-#define TRACKSERVO_SIM_FAULT_INJECTION_DRIVEN_NODE_HPP
+#ifndef TRACKSERVO_SIM_DEVICE_DRIVEN_NODE_HPP
+#define TRACKSERVO_SIM_DEVICE_DRIVEN_NODE_HPP
 
 #include <array>
 #include <cstdint>
-#include <memory>
 
-#include "run/machine.hpp"
-
-extern "C" {
-#include "node/servo_node.h"
-}
+#include "device/simulated_node.hpp"
 
 namespace trackservo::sim {
-
-// Configuration of a plant's node; its design is expensive, so it is made once for many nodes.
-struct NodeSetup {
-  explicit NodeSetup(const PlantConfig& plant);
-
-  // With given gains and limits, independent of the plant; the sensors' scales are the plant's.
-  NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
-            const std::array<protection_limits, kAxes>& with_limits);
-
-  PlantConfig plant;
-  std::array<axis_parameters, kAxes> parameters;
-  std::array<protection_limits, kAxes> limits;
-  hal_scales scales;
-};
-
-// What a driven node has besides its machine.
-struct NodeFittings {
-  can_sender sender{};               // receives the node's frames; without `send` they are dropped
-  const hal_flash *flash = nullptr;  // areas of the parameter store (serve/flash_memory.hpp); NULL: in RAM only
-  bool holding_brakes = false;       // of the plant file
-};
 
 class DrivenNode {
  public:
@@ -63,32 +37,29 @@ class DrivenNode {
   void move(int axis, double rate_rad_s);
 
   // A frame from the bus, as in the receive interrupt.
-  void receive(const can_frame& frame) { servo_node_receive(node_.get(), &frame); }
+  void receive(const can_frame& frame) { simulated_.receive(frame); }
 
   // From now on the master says nothing more to the node (0x6007); its set-points stay.
   void fall_silent() { speaks_ = false; }
   void speak_again() { speaks_ = true; }
 
   // The controller restarts with empty memory, as after a power cycle; the machine stays where it is.
-  void restart();
+  void restart() { simulated_.restart(); }
 
   // Runs one tick. The master speaks to the node in each, until it falls silent.
   void tick();
 
-  Machine& machine() { return machine_; }
-  const Machine& machine() const { return machine_; }
-  servo_node& node() { return *node_; }
-  const servo_node& node() const { return *node_; }
-  const servo_node_axis& axis(int axis) const { return node_->axis[axis]; }
-  servo_mode mode(int axis) const { return node_->board.app.axis[axis].mode; }
+  Machine& machine() { return simulated_.machine(); }
+  const Machine& machine() const { return simulated_.machine(); }
+  servo_node& node() { return simulated_.node(); }
+  const servo_node& node() const { return simulated_.node(); }
+  const servo_node_axis& axis(int axis) const { return node().axis[axis]; }
+  servo_mode mode(int axis) const { return node().board.app.axis[axis].mode; }
 
  private:
   bool is_written(const od_object& object, const std::uint8_t *bytes);
 
-  const NodeSetup& setup_;
-  std::unique_ptr<servo_node> node_;
-  NodeFittings fittings_;
-  Machine machine_;
+  SimulatedNode simulated_;
   bool speaks_ = true;
   std::array<double, kAxes> wanted_rad_{};  // of `move`, when the position is controlled
 };

@@ -1,0 +1,41 @@
+#include "board/board_device.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+namespace trackservo::target {
+namespace {
+
+// The vector table begins an image: a stack in RAM, and a reset handler in the flash (with the bit for Thumb code).
+bool is_for_this_chip(const Image& image) {
+  constexpr std::size_t kVectors = 8;
+  if (image.size() < kVectors) {
+    return false;
+  }
+  const auto word = [&image](std::size_t at) {
+    return image[at] | static_cast<std::uint32_t>(image[at + 1]) << 8 |
+           static_cast<std::uint32_t>(image[at + 2]) << 16 | static_cast<std::uint32_t>(image[at + 3]) << 24;
+  };
+  const std::uint32_t stack = word(0);
+  const std::uint32_t reset = word(4);
+  const bool in_ram = (stack > 0x20000000 && stack <= 0x20020000) || (stack > 0x10000000 && stack <= 0x10008000);
+  return in_ram && reset % 2 == 1 && reset > 0x08000000 && reset < 0x08000000 + image.size();
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  Image image((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (!is_for_this_chip(image)) {
+    throw std::runtime_error(
+        fmt::format("{}: is no image of this board, or cannot be read; give build/stm32g474/bin/trackservo.bin",
+                    file.string()));
+  }
+  return image;
+}
+
+}  // namespace trackservo::target

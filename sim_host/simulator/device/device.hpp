@@ -1,0 +1,53 @@
+// The servo on its CAN bus, with the machine under it. Two kinds: the firmware that is compiled into this program
+// (device/simulated_device.hpp), and the flash image on the emulated chip (emulator/board/board_device.hpp).
+//
+// Everything that a master does to a device goes over the bus.
+#ifndef TRACKSERVO_SIM_DEVICE_DEVICE_HPP
+#define TRACKSERVO_SIM_DEVICE_DEVICE_HPP
+
+#include <array>
+#include <cstdint>
+
+#include "bus/socketcan.hpp"
+#include "plant/truth.hpp"
+
+namespace trackservo::sim {
+
+// Joint angles at power-on of a device that clients meet [rad].
+constexpr std::array<double, kAxes> kServedStart_rad = {0.0, 0.3};
+
+class Device {
+ public:
+  Device() = default;
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+  virtual ~Device() = default;
+
+  // Runs the control task and the machine for the next ms.
+  virtual void tick() = 0;
+
+  // Answers what has arrived, between two ticks; a device with processor time of its own does this in tick().
+  virtual void answer() {}
+
+  // Whether its ticks advance the time on the bus, too. Others' bus is advanced by its owner.
+  virtual bool drives_bus() const { return false; }
+
+  // Passes 1 ms as a master sees it: time on the bus with the answers in it, then the tick.
+  virtual void pass_ms() = 0;
+
+  // Takes a report that a CAN controller's driver would give.
+  virtual void take_health(CanHealth /*health*/) {}
+
+  // Returns the machine's true state, which no sensor has spoilt.
+  virtual TruthState truth() const = 0;
+
+  // Begins an exposure of the camera: a rising edge at the strobe input.
+  virtual void strobe() = 0;
+
+  // Returns how far tracking has got in each axis, as 3072:5 and :6.
+  virtual std::array<std::uint8_t, kAxes> tracking() const = 0;
+};
+
+}  // namespace trackservo::sim
+
+#endif
