@@ -55,8 +55,7 @@ def test_nmt_reset_is_no_emergency_and_the_node_starts_once(master, command):
 
 def test_nmt_reset_of_the_communication_leaves_the_application_alone(master):
     master.write(0x6081, 0, 123456, 4)
-    master.node.nmt.send_command(RESET_COMMUNICATION)
-    master.wait_for_state(PRE_OPERATIONAL)
+    master.reset_communication()
     assert master.number(0x6081) == 123456
 
 
