@@ -14,14 +14,6 @@ typedef struct hal hal;
 
 /* --- sampled once per 1 ms tick --- */
 
-/* A tracking error from the image processor. */
-typedef struct {
-  bool fresh; /* true once per frame, in the tick in which its result has arrived; otherwise the rest has no meaning */
-  bool target_found;
-  int age_ticks;   /* from exposure to now */
-  float error_rad; /* target - line of sight at exposure */
-} hal_camera_frame;
-
 /* The sensors of one axis. A new sensor is a new member; the firmware passes the whole structure on. */
 typedef struct {
   /* Absolute joint angle: the mean of the readings of the last PWM periods if the encoder is fast enough. Four readings
@@ -31,7 +23,6 @@ typedef struct {
   bool gyro_valid;             /* a recent sample passed its checks; otherwise gyro_rad_s has no meaning */
   float gyro_rad_s;            /* inertial rate about the axis that its mounting gives it (2056:9) */
   float mean_current_a;        /* motor current since the last tick, mean, positive for torque in positive direction */
-  hal_camera_frame frame;
 } hal_axis_samples;
 
 /* Writes the samples of this tick. The caller passes the samples of the last tick. */

@@ -44,7 +44,6 @@ void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const 
   inputs->torque_demand_nm = servo->commanded_nm;
   inputs->torque_limited = servo->signals.torque.limited;
   inputs->implausible = servo->implausible;
-  inputs->target = &servo->signals.target;
 }
 
 static bool inputs_are_finite(const drive_axis_inputs *inputs) {

@@ -57,7 +57,7 @@ static void close_loop(drive_motion *motion, servo_mode loop, const drive_feedba
   }
   if (before == SERVO_OFF || before == SERVO_TORQUE) {
     motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
-  } else if (before == SERVO_TRACKING || (before == SERVO_POSITION && loop != SERVO_TORQUE)) {
+  } else if (before == SERVO_POSITION && loop != SERVO_TORQUE) {
     motion->ramp.rate_rad_s = feedback->reference_rad_s;
     motion->ramp.rate_rest_rad_s = 0.0f;
   }
@@ -76,6 +76,7 @@ static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *
   motion->mode = mode;
   motion->next.ready = false;
   motion->blocked_direction = 0.0f;
+  motion->tracked_rad_s2 = motion->ramp.acceleration_rad_s2;
   motion->setpoint_age_ticks = INT_MAX;
   const drive_angle from = motion->loop == SERVO_POSITION ? motion->demand : feedback->position;
   setpoint_queue_reset(&motion->setpoints, from, motion->setpoints.edge_before);
@@ -101,7 +102,6 @@ static drive_setpoint setpoint_of(const drive_motion *motion, const drive_feedba
                   .speed = {.rate_rad_s = motion->ramp.rate_rad_s, .acceleration_rad_s2 = 0.0f},
                   .position = (angle_turn32)motion->demand,
                   .rate_limit_rad_s = 0.0f,
-                  .tracking = NULL,
                   .torque_nm = 0.0f,
                   .torque_limited = false,
                   .limits = {.minimum_nm = 0.0f, .maximum_nm = 0.0f}},
@@ -509,21 +509,35 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
 
 /* No faster towards the target than the axis can still stop within the travel, and no change of the rate above 6083:
  * the first frame of a target may ask for any rate. */
-static tracking_limits tracking_within(const drive_motion *motion, const profile_limits *limits,
-                                       const profile_limits *braking, const drive_feedback *feedback, float dt_s) {
-  const float towards_rad_s = feedback->target->rate_rad_s < 0.0f ? -limits->rate_rad_s : limits->rate_rad_s;
+static drive_tracking_limits tracking_within(const drive_motion *motion, const profile_limits *limits,
+                                             const profile_limits *braking, const drive_feedback *feedback,
+                                             float dt_s) {
+  const float towards_rad_s = feedback->target->reference.rate_rad_s < 0.0f ? -limits->rate_rad_s : limits->rate_rad_s;
   const float fastest_rad_s = stoppable_rate(motion, braking, feedback->position, towards_rad_s, dt_s);
-  return (tracking_limits){.given = false,
-                           .minimum_rad_s = towards_rad_s < 0.0f ? fastest_rad_s : -limits->rate_rad_s,
-                           .maximum_rad_s = towards_rad_s < 0.0f ? limits->rate_rad_s : fastest_rad_s,
-                           .acceleration_rad_s2 = limits->acceleration_rad_s2,
-                           .jerk_rad_s3 = limits->jerk_rad_s3};
+  return (drive_tracking_limits){.minimum_rad_s = towards_rad_s < 0.0f ? fastest_rad_s : -limits->rate_rad_s,
+                                 .maximum_rad_s = towards_rad_s < 0.0f ? limits->rate_rad_s : fastest_rad_s,
+                                 .acceleration_rad_s2 = limits->acceleration_rad_s2,
+                                 .jerk_rad_s3 = limits->jerk_rad_s3};
 }
 
 /* At or beyond an end of the travel, while the target does not lead back inside. */
 static bool is_held_at_end(const drive_motion *motion, const drive_feedback *feedback) {
   const float side = drive_travel_side(&motion->bounds, feedback->position);
-  return side != 0.0f && side * feedback->target->rate_rad_s >= 0.0f;
+  return side != 0.0f && side * feedback->target->reference.rate_rad_s >= 0.0f;
+}
+
+/* A rate that is limited for some ticks only would make the torque jump, so its acceleration is fed forward with
+ * limited jerk. */
+static speed_reference tracked_reference(const drive_motion *motion, const speed_reference *wanted, float dt_s) {
+  const drive_tracking_limits *limits = &motion->tracking;
+  const float before_rad_s = motion->ramp.rate_rad_s;
+  const float rate_rad_s = drive_tracking_rate_within(limits, wanted->rate_rad_s, before_rad_s, dt_s);
+  const bool limited = rate_rad_s != wanted->rate_rad_s;
+  const float step_rad_s2 = limits->jerk_rad_s3 * dt_s;
+  return (speed_reference){
+      .rate_rad_s = rate_rad_s,
+      .acceleration_rad_s2 = scalar_clamp(limited ? (rate_rad_s - before_rad_s) / dt_s : wanted->acceleration_rad_s2,
+                                          motion->tracked_rad_s2 - step_rad_s2, motion->tracked_rad_s2 + step_rad_s2)};
 }
 
 /* Without a target the axis stops and stays where it looks. */
@@ -531,18 +545,23 @@ static drive_setpoint track(drive_motion *motion, const drive_objects *objects, 
                             float dt_s) {
   const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
   const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
-  if (motion->loop == SERVO_TRACKING) {
-    motion->ramp = (profile_ramp){.rate_rad_s = feedback->reference_rad_s};
-  }
-  const bool known = feedback->target != NULL && feedback->target->known && isfinite(feedback->target->rate_rad_s);
+  const servo_target *target = feedback->target;
+  const bool known = target != NULL && target->known && isfinite(target->reference.rate_rad_s);
   if (!known || is_held_at_end(motion, feedback)) {
-    return stop(motion, feedback, &braking, dt_s);
+    const drive_setpoint stopping = stop(motion, feedback, &braking, dt_s);
+    motion->tracked_rad_s2 = motion->ramp.acceleration_rad_s2;
+    return stopping;
   }
-  close_loop(motion, SERVO_TRACKING, feedback);
-  drive_setpoint setpoint = setpoint_of(motion, feedback);
+  close_loop(motion, SERVO_SPEED, feedback);
   motion->tracking = tracking_within(motion, &limits, &braking, feedback, dt_s);
-  setpoint.command.tracking = &motion->tracking;
-  setpoint.limited = feedback->reference_rad_s != feedback->target->rate_rad_s;
+  const speed_reference reference = tracked_reference(motion, &target->reference, dt_s);
+  motion->followed = target;
+  motion->tracked_rad_s2 = reference.acceleration_rad_s2;
+  motion->ramp = (profile_ramp){.rate_rad_s = reference.rate_rad_s};
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
+  setpoint.command.speed = reference;
+  setpoint.command.torque_nm = target->torque_nm;
+  setpoint.limited = reference.rate_rad_s != target->reference.rate_rad_s;
   return setpoint;
 }
 
@@ -671,6 +690,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
   }
   motion->position = feedback->position;
   motion->ordered = false;
+  motion->followed = NULL;
   if (motion->loop == SERVO_OFF) {
     close_loop(motion, controls_position(mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
     enter_mode(motion, mode, feedback);

@@ -1,8 +1,8 @@
 /* The set-point of the servo axis in this tick, from the CiA 402 targets and the mode of operation.
  *
  * Standard: CiA 402-2 / IEC 61800-7-201 clauses 7.2 (pp), 7.3 (pv), 7.5 (hm), 7.11 (csp), 7.12 (csv), 7.13 (cst) and
- * the stops of 8.5; mode -1 (tracking) is of this manufacturer: the servo axis follows the camera's target, within
- * limits from here. All modes share one ramp state and one position demand, so a new mode, a halt or a stop continues
+ * the stops of 8.5; mode -1 (tracking) is of this manufacturer: the axis follows the camera's target, within the
+ * limits of csv. All modes share one ramp state and one position demand, so a new mode, a halt or a stop continues
  * from the set-point of the last tick without a step. Rate and position are those of now; the acceleration is the mean
  * of the coming tick: as torque over an inertia it gives exactly the next rate. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_MOTION_H
@@ -10,6 +10,7 @@
 
 #include <stdbool.h>
 
+#include "base/scalar.h"
 #include "drive/drive_objects.h"
 #include "drive/drive_state.h"
 #include "drive/drive_travel.h"
@@ -18,6 +19,7 @@
 #include "drive/profile_ramp.h"
 #include "drive/setpoint_queue.h"
 #include "servo/servo_axis.h"
+#include "servo/servo_target.h"
 
 /* Actual values of the axis; finite. */
 typedef struct {
@@ -52,6 +54,23 @@ typedef struct {
   bool held;          /* of pv: a limit of the travel stops it, and holds the position */
 } drive_profile_step;
 
+/* Between which rates an axis may follow the camera's target, and how fast it changes them. */
+typedef struct {
+  float minimum_rad_s;
+  float maximum_rad_s;
+  float acceleration_rad_s2; /* largest change of the rate */
+  float jerk_rad_s3;         /* largest change of the acceleration that is fed forward */
+} drive_tracking_limits;
+
+/* Returns the rate one tick after `before_rad_s`. The end of the travel takes precedence over the limit of the
+ * acceleration. */
+static inline float drive_tracking_rate_within(const drive_tracking_limits *limits, float wanted_rad_s,
+                                               float before_rad_s, float dt_s) {
+  const float step_rad_s = limits->acceleration_rad_s2 * dt_s;
+  const float soft_rad_s = scalar_clamp(wanted_rad_s, before_rad_s - step_rad_s, before_rad_s + step_rad_s);
+  return scalar_clamp(soft_rad_s, limits->minimum_rad_s, limits->maximum_rad_s);
+}
+
 typedef struct {
   int8_t mode;     /* drive_mode in effect */
   servo_mode loop; /* of the last tick */
@@ -66,12 +85,14 @@ typedef struct {
   position_interpolation positions;
   int setpoint_age_ticks;
   setpoint_period period;
-  drive_bounds bounds;      /* in force */
-  float blocked_direction;  /* -1 or 1: stopped before the end of the travel on that side; 0: free */
-  tracking_limits tracking; /* of the last tick that tracked */
-  bool ordered;             /* a command, a fault or missing set-points order a stop: protection sees to it */
-  float torque_nm;          /* cst: moving along the torque slope */
-  float homing_rad_s;       /* hm: set-point of the ramp */
+  drive_bounds bounds;            /* in force */
+  float blocked_direction;        /* -1 or 1: stopped before the end of the travel on that side; 0: free */
+  drive_tracking_limits tracking; /* of the last tick that tracked */
+  const servo_target *followed;   /* the target that it tracks in this tick; NULL: none */
+  float tracked_rad_s2;           /* the acceleration that it fed forward, or that of the ramp */
+  bool ordered;                   /* a command, a fault or missing set-points order a stop: protection sees to it */
+  float torque_nm;                /* cst: moving along the torque slope */
+  float homing_rad_s;             /* hm: set-point of the ramp */
 } drive_motion;
 
 typedef struct {

@@ -78,24 +78,22 @@ static float friction_nm(const servo_axis_params *params) {
 
 /* What the target asks for: the set-point of an axis that follows its set-point at once. Such an axis would be
  * `ahead_rad` farther, and its tracking loop would see this much less of the error. */
-static float tracked_rad_s(ideal_tracking *ideal, const servo_board *board, int i, const tracking_limits *limits) {
-  const servo_axis *axis = &board->app.axis[i];
-  const int loop = limits->given ? SERVO_AZIMUTH : i; /* whose gain counts */
-  const float proportional_per_s = board->app.params.axis[loop].tracker.proportional_per_s;
-  const float wanted_rad_s = axis->signals.target.rate_rad_s - proportional_per_s * ideal->ahead_rad;
-  ideal->rate_rad_s = tracking_rate_within(limits, wanted_rad_s, ideal->rate_rad_s, SERVO_TICK_S);
+static float tracked_rad_s(ideal_tracking *ideal, const servo_axis *axis, const drive_motion *motion) {
+  const servo_target *target = motion->followed;
+  const float wanted_rad_s = target->reference.rate_rad_s - target->proportional_per_s * ideal->ahead_rad;
+  ideal->rate_rad_s = drive_tracking_rate_within(&motion->tracking, wanted_rad_s, ideal->rate_rad_s, SERVO_TICK_S);
   ideal->ahead_rad += (ideal->rate_rad_s - axis->signals.rates.rate_rad_s) * SERVO_TICK_S;
   return ideal->rate_rad_s;
 }
 
 /* The rate that the axis gets from outside. */
-static float outer_reference_rad_s(axis_monitor *monitor, const servo_board *board, int i) {
+static float outer_reference_rad_s(axis_monitor *monitor, const servo_board *board, int i, const drive_motion *motion) {
   const servo_axis *axis = &board->app.axis[i];
   const servo_axis_command *command = &board->command.axis[i];
   const float increment_rad = angle_difference_rad(command->position, monitor->last_setpoint);
   monitor->last_setpoint = command->position;
-  if (axis->mode == SERVO_TRACKING && command->tracking != NULL) {
-    return tracked_rad_s(&monitor->ideal, board, i, command->tracking);
+  if (motion->followed != NULL) {
+    return tracked_rad_s(&monitor->ideal, axis, motion);
   }
   monitor->ideal = (ideal_tracking){.ahead_rad = 0.0f, .rate_rad_s = axis->signals.reference.rate_rad_s};
   switch (axis->mode) {
@@ -109,12 +107,13 @@ static float outer_reference_rad_s(axis_monitor *monitor, const servo_board *boa
 }
 
 /* The commands of this tick, for the motion that the next one sees. */
-static void note_commands(axis_monitor *monitor, const servo_board *board, int i) {
+static void note_commands(axis_monitor *monitor, const servo_board *board, int i, const drive_motion *motion) {
   const servo_axis *axis = &board->app.axis[i];
+  const bool known = motion->followed == NULL && (axis->mode == SERVO_SPEED || axis->mode == SERVO_POSITION);
   monitor->torque_nm = torque_in_force_nm(&board->app.params.axis[i], &board->command.axis[i]);
   monitor->commanded =
-      (oscillation_inputs){.reference_rad_s = outer_reference_rad_s(monitor, board, i),
-                           .reference_known = axis->mode == SERVO_SPEED || axis->mode == SERVO_POSITION,
+      (oscillation_inputs){.reference_rad_s = outer_reference_rad_s(monitor, board, i, motion),
+                           .reference_known = known,
                            .loop_nm = axis->commanded_nm - axis->added_nm,
                            .feedforward_nm = axis->signals.torque.friction_nm + axis->signals.torque.acceleration_nm,
                            .added_nm = axis->added_nm};
@@ -332,7 +331,7 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
   monitor->oscillates = look_for_oscillation(monitor, params, setting->new_gains);
   monitor->may_shake = setting->new_gains && oscillation_may_begin(&monitor->swings);
   monitor->judged = without_current(monitor, found) | judge_slowly(monitor, command, axis, setting);
-  note_commands(monitor, board, axis);
+  note_commands(monitor, board, axis, setting->motion);
 }
 
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log) {

@@ -63,10 +63,11 @@ fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int
 
 /* What the monitors cannot see on the board. */
 typedef struct {
-  uint32_t tick;      /* counts */
-  bool new_gains;     /* the active ones are not proven yet */
-  bool stimulated;    /* an experiment moves the axis */
-  bool reduced_speed; /* 2062 */
+  uint32_t tick;              /* counts */
+  bool new_gains;             /* the active ones are not proven yet */
+  bool stimulated;            /* an experiment moves the axis */
+  bool reduced_speed;         /* 2062 */
+  const drive_motion *motion; /* of the drive */
 } axis_monitor_setting;
 
 /* Runs the slow monitors, for which a delay of a tick does not matter. Call after each tick, in the deferred task. */

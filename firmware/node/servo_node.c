@@ -660,6 +660,7 @@ static inline __attribute__((always_inline)) void gather_inputs(servo_node *node
   }
   inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
   axis->bus_faults = 0;
+  inputs->target = &node->tracking.joint[i];
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
 }
@@ -672,7 +673,6 @@ static inline __attribute__((always_inline)) void step_axis(servo_node *node, in
                                                   joint_rate_rad_s, &axis->stimulus, SERVO_TICK_S);
   axis->inputs.stimulus = stimulated ? &axis->stimulus : NULL;
   node->board.command.axis[i] = *drive_axis_step(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
-  tracking_command(&node->tracking, i, &axis->drive, &node->board.command.axis[i]);
 }
 
 void servo_node_take(servo_node *node) { canopen_node_take(&node->canopen); }
@@ -772,7 +772,8 @@ static void report_axis(servo_node *node, int i) {
   const axis_monitor_setting setting = {.tick = node->objects.ticks,
                                         .new_gains = axis_tuning_can_take_back(&axis->tuning),
                                         .stimulated = axis->inputs.stimulus != NULL,
-                                        .reduced_speed = axis->limits.reduced_speed != 0};
+                                        .reduced_speed = axis->limits.reduced_speed != 0,
+                                        .motion = &axis->drive.motion};
   axis_monitor_judge(&axis->monitor, &node->board, i, &setting);
   keep_gains_quiet(node, i);
   axis_monitor_remember(&axis->monitor, i, &node->log);
@@ -869,7 +870,7 @@ void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
   }
-  tracking_report(&node->tracking, &node->board.app, &node->axis[SERVO_AZIMUTH].drive, &node->axis[SERVO_PITCH].drive,
+  tracking_report(&node->tracking, &node->axis[SERVO_AZIMUTH].drive, &node->axis[SERVO_PITCH].drive,
                   node->objects.ticks);
   report_camera(node);
   tracking_prepare(&node->tracking, &node->board.app.params, azimuth_swing_kg_m2(node),

@@ -20,6 +20,7 @@ void tracking_start(target_tracking *self, hal *machine) {
 }
 
 void tracking_forget(target_tracking *self) {
+  joint_tracking_reset(&self->joints);
   camera_input_reset(&self->frames);
   camera_delay_reset(&self->delay);
   self->objects.dither_s = 0;
@@ -113,17 +114,16 @@ static pointing_frame take_frame(target_tracking *self) {
   return frame;
 }
 
-/* A frame from the bus stands for one of a direct link: each axis gets how far its joint is from the target. */
-static void show_joints(servo_board *board, const pointing_frame *frame) {
-  servo_axis_samples *samples = board->samples.axis;
-  const rotation pitch = rotation_of(samples[SERVO_PITCH].sensors.joint_angle_turn32);
-  const joint_vector errors = line_of_sight_joint_errors(pitch, frame->error);
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    samples[i].sensors.frame = (hal_camera_frame){.fresh = true,
-                                                  .target_found = frame->valid,
-                                                  .age_ticks = frame->age_ticks,
-                                                  .error_rad = i == SERVO_PITCH ? errors.pitch : errors.azimuth};
+/* How far each joint is from the target; a frame for nobody counts for none. */
+static joint_frame joints_of(const servo_board *board, const pointing_frame *frame, int tracking_axes) {
+  if (!frame->fresh || tracking_axes == 0) {
+    return (joint_frame){0};
   }
+  const rotation pitch = rotation_of(board->samples.axis[SERVO_PITCH].sensors.joint_angle_turn32);
+  return (joint_frame){.fresh = true,
+                       .valid = frame->valid,
+                       .age_ticks = frame->age_ticks,
+                       .error_rad = line_of_sight_joint_errors(pitch, frame->error)};
 }
 
 /* The azimuth's loop decides; each joint keeps its own rate limit. 2056 is the azimuth's inertia at pitch 0. */
@@ -147,19 +147,21 @@ static bool predicts(const servo_params *servo) {
          servo->axis[SERVO_PITCH].tracker.kind == TRACKER_PREDICTIVE;
 }
 
-/* The drives see the target of the line of sight. */
-static void show_target(const target_tracking *self, servo_app *app) {
+/* The drives follow the target of the line of sight, the pitch with the dither on it. */
+static void show_target(target_tracking *self) {
   const joint_vector errors = self->target.error_of_joints_rad;
   for (int i = 0; i < SERVO_AXES; ++i) {
-    app->axis[i].signals.target =
-        (servo_target){.known = self->target.locked,
-                       .error_rad = i == SERVO_PITCH ? errors.pitch : errors.azimuth,
-                       .rate_rad_s = self->target.reference[i].rate_rad_s,
-                       .frame_age_ticks = self->line_of_sight.tracker.along[0].ticks_since_frame};
+    self->joint[i] = (servo_target){.known = self->target.locked,
+                                    .error_rad = i == SERVO_PITCH ? errors.pitch : errors.azimuth,
+                                    .reference = self->target.reference[i],
+                                    .torque_nm = self->target.torque_nm[i],
+                                    .proportional_per_s = self->line_of_sight.params.tracker.proportional_per_s,
+                                    .frame_age_ticks = self->line_of_sight.tracker.along[0].ticks_since_frame};
   }
+  self->joint[SERVO_PITCH].reference.rate_rad_s += self->dither_rad_s;
 }
 
-void tracking_take(target_tracking *self, servo_board *board, int tracking_axes) {
+void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes) {
   const pointing_frame frame = take_frame(self);
   const bool before = self->together;
   self->together = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
@@ -170,9 +172,11 @@ void tracking_take(target_tracking *self, servo_board *board, int tracking_axes)
     if (!self->target.locked) {
       self->target = self->turn.expected;
     }
-    show_target(self, &board->app);
-  } else if (frame.fresh && tracking_axes != 0) {
-    show_joints(board, &frame);
+    show_target(self);
+    joint_tracking_remember(&self->joints, &board->app);
+  } else {
+    const joint_frame joints = joints_of(board, &frame, tracking_axes);
+    joint_tracking_step(&self->joints, &board->app, &joints, self->joint);
   }
 }
 
@@ -185,15 +189,6 @@ void tracking_prepare(target_tracking *self, const servo_params *servo, float az
   self->prepared = pointing_configure(&self->line_of_sight, &params) == CONTROL_OK;
   self->coast_s = params.tracker.coast_s;
   self->rate_rad_s = params.tracker.rate_limit_rad_s;
-}
-
-void tracking_command(const target_tracking *self, int axis, drive_axis *drive, servo_axis_command *command) {
-  if (self->together && command->mode == SERVO_TRACKING) {
-    drive->motion.tracking.given = true;
-    command->speed = self->target.reference[axis];
-    command->torque_nm += self->target.torque_nm[axis];
-    command->speed.rate_rad_s += axis == SERVO_PITCH ? self->dither_rad_s : 0.0f;
-  }
 }
 
 static int16_t time_of(float time_s) {
@@ -334,56 +329,57 @@ static void look_for_a_frozen_picture(target_tracking *self, const drive_axis *a
 }
 
 /* What the line of sight has done: as one, or each joint for itself. */
-static image_vector moved_rad(const target_tracking *self, const servo_app *app, int ticks) {
+static image_vector moved_rad(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
+                              int ticks) {
   if (self->together) {
     return pointing_tracker_los_motion(&self->line_of_sight.tracker, ticks, SERVO_TICK_S);
   }
-  const servo_axis *axes = app->axis;
+  const target_tracker_state *joints = self->joints.axis;
   image_vector moved = {0};
-  if (axes[SERVO_AZIMUTH].mode == SERVO_TRACKING) {
-    moved.x = target_tracker_los_motion_rad(&axes[SERVO_AZIMUTH].tracker, ticks, SERVO_TICK_S);
+  if (azimuth->motion.followed != NULL) {
+    moved.x = target_tracker_los_motion_rad(&joints[SERVO_AZIMUTH], ticks, SERVO_TICK_S);
   }
-  if (axes[SERVO_PITCH].mode == SERVO_TRACKING) {
-    moved.y = target_tracker_los_motion_rad(&axes[SERVO_PITCH].tracker, ticks, SERVO_TICK_S);
+  if (pitch->motion.followed != NULL) {
+    moved.y = target_tracker_los_motion_rad(&joints[SERVO_PITCH], ticks, SERVO_TICK_S);
   }
   return moved;
 }
 
 /* The error of the newest frame, likewise. */
-static image_vector seen_rad(const target_tracking *self, const servo_app *app, angle_turn32 pitch, int age_ticks) {
+static image_vector seen_rad(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
+                             int age_ticks) {
   if (self->together) {
     const pointing_frame frame = {.fresh = true, .age_ticks = age_ticks, .error = self->error};
     return pointing_tracker_frame_error(&self->line_of_sight.tracker, &frame);
   }
-  const joint_vector errors = line_of_sight_joint_errors(rotation_of(pitch), self->error);
-  return (image_vector){.x = app->axis[SERVO_AZIMUTH].mode == SERVO_TRACKING ? errors.azimuth : 0.0f,
-                        .y = app->axis[SERVO_PITCH].mode == SERVO_TRACKING ? errors.pitch : 0.0f};
+  const rotation at = rotation_of((angle_turn32)pitch->position);
+  const joint_vector errors = line_of_sight_joint_errors(at, self->error);
+  return (image_vector){.x = azimuth->motion.followed != NULL ? errors.azimuth : 0.0f,
+                        .y = pitch->motion.followed != NULL ? errors.pitch : 0.0f};
 }
 
-static void stop_following(target_tracking *self, servo_app *app) {
+static void stop_following(target_tracking *self) {
   pointing_look_away(&self->line_of_sight);
   turn_back_reset(&self->turn);
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    app->axis[i].tracker.locked = false;
-  }
+  joint_tracking_lose(&self->joints);
 }
 
 /* Likewise. */
-static void check_picture(target_tracking *self, servo_app *app, bool tracks, angle_turn32 pitch) {
+static void check_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, bool tracks) {
   if (!tracks) {
     picture_check_reset(&self->orientation);
     return;
   }
   const bool follows = self->together && self->target.locked && !self->target.limited;
-  picture_check_tick(&self->orientation, moved_rad(self, app, 1), follows);
+  picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows);
   const camera_objects *objects = &self->objects;
   if (self->frames.taken != objects->taken && objects->message.quality >= objects->params.min_quality) {
     const int age_ticks = camera_delay_age(&self->delay, &objects->delay, objects->age_ms);
-    picture_check_take(&self->orientation, seen_rad(self, app, pitch, age_ticks), moved_rad(self, app, age_ticks),
-                       age_ticks);
+    picture_check_take(&self->orientation, seen_rad(self, azimuth, pitch, age_ticks),
+                       moved_rad(self, azimuth, pitch, age_ticks), age_ticks);
   }
   if (picture_check_is_wrong(&self->orientation)) {
-    stop_following(self, app);
+    stop_following(self);
   }
 }
 
@@ -422,12 +418,11 @@ static void count_drops(target_tracking *self, bool tracks) {
 
 bool tracking_is_stale(const target_tracking *self) { return self->stale; }
 
-void tracking_report(target_tracking *self, servo_app *app, const drive_axis *azimuth, const drive_axis *pitch,
-                     uint32_t tick) {
+void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
   camera_objects *objects = &self->objects;
   const bool tracks = azimuth->tracking != DRIVE_NOT_TRACKING || pitch->tracking != DRIVE_NOT_TRACKING;
   count_drops(self, tracks);
-  check_picture(self, app, tracks, (angle_turn32)pitch->position);
+  check_picture(self, azimuth, pitch, tracks);
   look_for_a_frozen_picture(self, azimuth, pitch, tick);
   objects->taken = self->frames.taken;
   objects->missed = self->frames.missed;

@@ -1,10 +1,10 @@
-/* Tracking in the node: camera frames from the bus to what the drives and servo axes of mode -1 get.
+/* Tracking in the node: camera frames from the bus to the targets of the drives in mode -1.
  *
- *     one axis in mode -1     the tracking loop of this axis (2011) on the error of its joint
+ *     one axis in mode -1     the tracking loop of this axis (2011) on the error of its joint (servo/joint_tracking.h)
  *     both, 2011:1 = 1        one estimate of the target for the line of sight, up to the zenith (servo/pointing.h)
  *
- * In each tick: tracking_take after the samples, tracking_command after each drive. Then tracking_report and
- * tracking_prepare, before the next tick. When a frame arrives, between two ticks, the hooks find the age of its
+ * In each tick: tracking_take after the samples; the drives follow `joint`. Then tracking_report and tracking_prepare,
+ * before the next tick. When a frame arrives, between two ticks, the hooks find the age of its
  * exposure. */
 #ifndef TRACKSERVO_NODE_TRACKING_H
 #define TRACKSERVO_NODE_TRACKING_H
@@ -15,6 +15,7 @@
 #include "node/turn_back.h"
 #include "servo/exposure_clock.h"
 #include "servo/frozen_picture.h"
+#include "servo/joint_tracking.h"
 #include "servo/picture_check.h"
 #include "servo/pointing.h"
 #include "servo/servo_board.h"
@@ -34,9 +35,11 @@ typedef struct {
   uint16_t quiet_ticks; /* since the last of them */
   bool stale;           /* so many of them that the axes follow nothing */
   camera_delay delay;
+  joint_tracking joints;
   pointing line_of_sight;
-  pointing_motion motion; /* of this tick, while `together` */
-  pointing_output target; /* likewise */
+  pointing_motion motion;         /* of this tick, while `together` */
+  pointing_output target;         /* likewise */
+  servo_target joint[SERVO_AXES]; /* for the drives */
   return_prediction back;
   uint32_t locked_ticks;     /* for so long both axes have had a target */
   float coast_s;             /* 2011:5 of the azimuth */
@@ -59,14 +62,10 @@ extern const od_hooks tracking_hooks;
 
 /* Takes the frame that has arrived, if one has, and estimates the target. `tracking_axes`: number of drives in mode
  * -1. */
-void tracking_take(target_tracking *self, servo_board *board, int tracking_axes);
+void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes);
 
-/* Completes the command of a drive that tracks, and its limits. */
-void tracking_command(const target_tracking *self, int axis, drive_axis *drive, servo_axis_command *command);
-
-/* Writes what the bus can read, and judges the pictures. `app`: whose axes these are. */
-void tracking_report(target_tracking *self, servo_app *app, const drive_axis *azimuth, const drive_axis *pitch,
-                     uint32_t tick);
+/* Writes what the bus can read, and judges the pictures. */
+void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick);
 
 /* Returns whether frames come to an axis that tracks, but do not count; until none has been dropped for a second. */
 bool tracking_is_stale(const target_tracking *self);

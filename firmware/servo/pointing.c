@@ -46,16 +46,6 @@ pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *sa
   };
 }
 
-pointing_frame pointing_frame_of(const servo_samples *samples, const camera_alignment *alignment) {
-  const hal_camera_frame *along_rows = &samples->axis[SERVO_AZIMUTH].sensors.frame;
-  const hal_camera_frame *along_columns = &samples->axis[SERVO_PITCH].sensors.frame;
-  const image_vector measured = {.x = along_rows->error_rad, .y = along_columns->error_rad};
-  return (pointing_frame){.fresh = along_rows->fresh && along_columns->fresh,
-                          .valid = along_rows->target_found && along_columns->target_found,
-                          .age_ticks = along_rows->age_ticks,
-                          .error = camera_error(alignment, measured)};
-}
-
 pointing_output pointing_step(pointing *self, const pointing_frame *frame, const pointing_motion *motion,
                               float tick_s) {
   const pointing_params *params = &self->params;
@@ -86,11 +76,4 @@ pointing_output pointing_step(pointing *self, const pointing_frame *frame, const
       .torque_nm = {[SERVO_AZIMUTH] = torque_nm.azimuth - inertia.azimuth * acceleration.azimuth,
                     [SERVO_PITCH] = torque_nm.pitch - inertia.pitch * acceleration.pitch},
   };
-}
-
-void pointing_command_axes(const pointing_output *out, servo_command *command) {
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    command->axis[i].speed = out->reference[i];
-    command->axis[i].torque_nm = out->torque_nm[i];
-  }
 }

@@ -1,9 +1,9 @@
-/* Both axes together hold a target in the camera's image: from a frame to the commands of both speed loops, once per
+/* Both axes together hold a target in the camera's image: from a frame to the set-points of both speed loops, once per
  * tick.
  *
- *     frame -> pointing_tracker_step -> rates and accelerations -> pointing_torques_nm -> commands
+ *     frame -> pointing_tracker_step -> rates and accelerations -> pointing_torques_nm -> references and torques
  *
- * The result is a command for SERVO_SPEED. So limits of speed, travel and torque hold as for every speed command.
+ * The result is a set-point for SERVO_SPEED, within the limits of the drive.
  *
  *     rate                  the target's rate, and `proportional_per_s` times the error of the joint
  *     acceleration          the target's; the speed loop multiplies it with its own inertia, which follows the pitch
@@ -16,7 +16,6 @@
  *
  *     const pointing_motion motion = pointing_motion_of(&board->app, &board->samples);
  *     const pointing_output out = pointing_step(&pointing, &frame, &motion, SERVO_TICK_S);
- *     pointing_command_axes(&out, &board->command);
  *
  * Step it in every tick from the reset on: a frame that was exposed before the reset counts as not valid. */
 #ifndef TRACKSERVO_SERVO_POINTING_H
@@ -73,15 +72,8 @@ void pointing_look_away(pointing *self);
  * 0.03 urad. */
 pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *samples);
 
-/* Returns the frame of the HAL: along the camera's rows in the samples of the azimuth, along its columns in those of
- * the pitch. */
-pointing_frame pointing_frame_of(const servo_samples *samples, const camera_alignment *alignment);
-
 /* Computes one tick. See pointing_tracker_step for frames out of range. Not inlined, like drive_motion_step. */
 pointing_output pointing_step(pointing *self, const pointing_frame *frame, const pointing_motion *motion, float tick_s)
     __attribute__((noinline));
-
-/* Sets rate, acceleration and torque of both axes' commands; mode and limits stay. */
-void pointing_command_axes(const pointing_output *out, servo_command *command);
 
 #endif

@@ -34,7 +34,6 @@ void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_t
   *axis = (servo_axis){.mode = SERVO_OFF, .last_angle = angle};
   speed_loop_reset(&axis->speed, &params->speed, angle, tick_s);
   axis->pose = axis->speed.pose;
-  target_tracker_reset(&axis->tracker);
 }
 
 static bool samples_are_plausible(const hal_axis_samples *sensors) {
@@ -48,13 +47,6 @@ static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float
   return axis->implausible || scalar_within(step_rad, SERVO_PLAUSIBLE_RATE_RAD_S * tick_s);
 }
 
-static bool tracking_is_plausible(const tracking_limits *limits) {
-  return limits == NULL || (scalar_within(limits->minimum_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
-                            scalar_within(limits->maximum_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
-                            scalar_within(limits->acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
-                            scalar_within(limits->jerk_rad_s3, SERVO_PLAUSIBLE_JERK_RAD_S3));
-}
-
 static bool command_is_plausible(const servo_axis_command *command) {
   const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
                                 scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
@@ -62,9 +54,7 @@ static bool command_is_plausible(const servo_axis_command *command) {
          scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
          scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
          scalar_within(command->rate_limit_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) && command->rate_limit_rad_s >= 0.0f &&
-         scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
-         (limits_plausible || !command->torque_limited) &&
-         (command->mode != SERVO_TRACKING || tracking_is_plausible(command->tracking));
+         scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) && (limits_plausible || !command->torque_limited);
 }
 
 static speed_reference position_reference(const servo_axis_params *params, const servo_axis_command *command,
@@ -76,48 +66,10 @@ static speed_reference position_reference(const servo_axis_params *params, const
                            .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
 }
 
-/* A rate that is limited for some ticks only would make the torque jump, so its acceleration is fed forward with
- * limited jerk. */
-static speed_reference tracking_reference(const tracking_limits *limits, speed_reference wanted, speed_reference before,
-                                          float tick_s) {
-  if (limits == NULL) {
-    return wanted;
-  }
-  const float rate_rad_s = tracking_rate_within(limits, wanted.rate_rad_s, before.rate_rad_s, tick_s);
-  const bool limited = rate_rad_s != wanted.rate_rad_s;
-  const float step_rad_s2 = limits->jerk_rad_s3 * tick_s;
-  return (speed_reference){.rate_rad_s = rate_rad_s,
-                           .acceleration_rad_s2 = scalar_clamp(
-                               limited ? (rate_rad_s - before.rate_rad_s) / tick_s : wanted.acceleration_rad_s2,
-                               before.acceleration_rad_s2 - step_rad_s2, before.acceleration_rad_s2 + step_rad_s2)};
-}
-
-/* The tracker runs in every mode, so that it knows the motion of the line of sight when it takes over. */
-static speed_reference follow_target(servo_axis *axis, const servo_axis_params *params,
-                                     const servo_axis_command *command, const hal_camera_frame *seen, float rate_rad_s,
-                                     float tick_s) {
-  if (axis->mode == SERVO_TRACKING && command->tracking != NULL && command->tracking->given) {
-    target_tracker_remember(&axis->tracker, rate_rad_s);
-    return command->speed;
-  }
-  const camera_frame frame = {
-      .fresh = seen->fresh, .valid = seen->target_found, .age_ticks = seen->age_ticks, .error_rad = seen->error_rad};
-  const speed_reference wanted = target_tracker_step(&axis->tracker, &params->tracker, &frame, rate_rad_s, tick_s);
-  axis->signals.target = (servo_target){.known = axis->tracker.locked,
-                                        .error_rad = axis->tracker.error_rad,
-                                        .rate_rad_s = wanted.rate_rad_s,
-                                        .frame_age_ticks = axis->tracker.ticks_since_frame};
-  return wanted;
-}
-
-static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
+static speed_reference choose_reference(const servo_axis *axis, const servo_axis_params *params,
                                         const servo_axis_command *command, const servo_axis_samples *samples,
-                                        const speed_loop_rates *rates, float tick_s) {
-  const speed_reference tracking =
-      follow_target(axis, params, command, &samples->sensors.frame, rates->rate_rad_s, tick_s);
+                                        const speed_loop_rates *rates) {
   switch (axis->mode) {
-    case SERVO_TRACKING:
-      return tracking_reference(command->tracking, tracking, axis->signals.reference, tick_s);
     case SERVO_POSITION:
       return position_reference(params, command, samples->sensors.joint_angle_turn32);
     case SERVO_SPEED:
@@ -222,7 +174,7 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
   if (closes) {
     speed_loop_close(&axis->speed, &params->speed, &rates, tick_s);
   }
-  const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
+  const speed_reference reference = choose_reference(axis, params, command, samples, &rates);
   axis->signals.rates = rates;
   axis->signals.reference = reference;
   if (axis->mode == SERVO_PROTECTIVE_STOP) {

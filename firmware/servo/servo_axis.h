@@ -1,6 +1,6 @@
 /* One servo axis: from its sensor samples to the current set-point of its motor, once per 1 ms tick.
  *
- *     sense -> choose the set-point (speed, position or tracking) -> speed loop -> current set-point
+ *     sense -> choose the set-point (speed or position) -> speed loop -> current set-point
  *
  * The motor stage (motor_stage.h) follows the set-point at the PWM rate. Two axes are two instances. An axis that is
  * off, braked by its shorted motor, or given implausible inputs commands no current.
@@ -21,7 +21,6 @@
 
 #define SERVO_PLAUSIBLE_RATE_RAD_S 1e3f
 #define SERVO_PLAUSIBLE_ACCELERATION_RAD_S2 1e6f
-#define SERVO_PLAUSIBLE_JERK_RAD_S3 1e9f
 #define SERVO_PLAUSIBLE_TORQUE_NM 1e8f
 #define SERVO_PLAUSIBLE_CURRENT_A 1e5f
 #define SERVO_PLAUSIBLE_VOLTAGE_V 1e4f
@@ -30,7 +29,6 @@ typedef enum {
   SERVO_OFF = 0,        /* no loop closed, the motor's terminals are open */
   SERVO_SPEED,          /* command.speed is the set-point */
   SERVO_POSITION,       /* command.position, with command.speed as feedforward */
-  SERVO_TRACKING,       /* the camera's target is followed: by the axis' own tracking loop, or command.speed */
   SERVO_TORQUE,         /* command.torque_nm is the torque; the speed loop follows, ready to take over */
   SERVO_BRAKE,          /* no loop closed, the motor's terminals are shorted: it brakes without any sensor */
   SERVO_PROTECTIVE_STOP /* only the current loop is closed: command.torque_nm, limited by nothing but current_limit_a */
@@ -45,7 +43,7 @@ typedef enum {
 typedef struct {
   speed_loop_params speed;
   position_loop_params position;
-  target_tracker_params tracker;
+  target_tracker_params tracker; /* for joint_tracking.h and pointing.h */
   current_loop_params current;
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
   float resistance_ohm;       /* of the winding, from the design of the current loop; for protection */
@@ -55,24 +53,14 @@ typedef struct {
   gyro_mounting gyro;
 } servo_axis_params;
 
-/* What SERVO_TRACKING may do: the rate that the camera asks for is limited to this. */
-typedef struct {
-  bool given; /* command.speed follows the target, instead of the axis' own tracking loop */
-  float minimum_rad_s;
-  float maximum_rad_s;
-  float acceleration_rad_s2; /* largest change of the rate */
-  float jerk_rad_s3;         /* largest change of the acceleration that is fed forward */
-} tracking_limits;
-
 typedef struct {
   servo_mode mode;
   speed_reference speed;
   angle_turn32 position;
   float rate_limit_rad_s; /* SERVO_POSITION: limit of the loop's rate in both directions; 0: only its own limit */
-  float torque_nm; /* SERVO_TORQUE, SERVO_PROTECTIVE_STOP: the set-point; else added to the speed loop's torque */
-  const tracking_limits *tracking; /* SERVO_TRACKING; NULL: the axis' own tracking loop, without limits */
-  bool torque_limited;             /* `limits` apply, besides current_limit_a */
-  torque_limits limits;            /* minimum <= 0 <= maximum */
+  float torque_nm;      /* SERVO_TORQUE, SERVO_PROTECTIVE_STOP: the set-point; else added to the speed loop's torque */
+  bool torque_limited;  /* `limits` apply, besides current_limit_a */
+  torque_limits limits; /* minimum <= 0 <= maximum */
 } servo_axis_command;
 
 typedef struct {
@@ -82,19 +70,10 @@ typedef struct {
   float tick_current_a;     /* at its end, as motor_stage.h says */
 } servo_axis_samples;
 
-/* What is known of the camera's target. */
-typedef struct {
-  bool known;          /* it was seen no longer than 2011:5 ago */
-  float error_rad;     /* target minus line of sight, now */
-  float rate_rad_s;    /* at which the tracking loop would follow it */
-  int frame_age_ticks; /* since the last frame that showed it */
-} servo_target;
-
 /* Internal signals of the last tick, for the scope, the bus and the tests. */
 typedef struct {
   speed_loop_rates rates;
   speed_reference reference;
-  servo_target target; /* in every mode */
   speed_loop_output torque;
 } servo_axis_signals;
 
@@ -102,7 +81,6 @@ typedef struct {
   servo_mode mode;
   speed_loop_pose pose; /* for the next tick, set by its owner; of an axis by itself: 1 and 1 */
   speed_loop_state speed;
-  target_tracker_state tracker;
   float commanded_nm;        /* torque command in effect */
   float added_nm;            /* its part that is not from the speed loop */
   float current_reference_a; /* set by the tick; the motor stage follows it */
@@ -129,15 +107,6 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
  * loop again at the present rate, with `holding_nm` as its torque at zero rate error. */
 void servo_axis_replace(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float holding_nm,
                         float tick_s);
-
-/* Returns the set-point of SERVO_TRACKING one tick after `before_rad_s`. The end of the travel takes precedence over
- * the limit of the acceleration. */
-static inline float tracking_rate_within(const tracking_limits *limits, float wanted_rad_s, float before_rad_s,
-                                         float tick_s) {
-  const float step_rad_s = limits->acceleration_rad_s2 * tick_s;
-  const float soft_rad_s = scalar_clamp(wanted_rad_s, before_rad_s - step_rad_s, before_rad_s + step_rad_s);
-  return scalar_clamp(soft_rad_s, limits->minimum_rad_s, limits->maximum_rad_s);
-}
 
 /* Returns whether a mode closes the current loop and one above it. */
 static inline bool servo_mode_closes(servo_mode mode) {

@@ -159,7 +159,8 @@ struct Case {
   std::function<void(axis_parameters&)> write;
 };
 
-// In tracking a gain that shakes is taken back as fast as at a commanded rate: within 0.5 s, with 3 deg/s at most.
+// In tracking a gain that shakes is taken back as fast as at a commanded rate: within 0.5 s, with 5 deg/s at most while
+// the target moves.
 void test_gains_that_shake_are_taken_back_while_a_target_moves() {
   const Case cases[] = {
       {"low-pass 20 Hz", [](axis_parameters& p) { p.filters.lowpass_hz = 20.0F; }},
@@ -197,7 +198,7 @@ void test_gains_that_shake_are_taken_back_while_a_target_moves() {
                                          ticks - kApplied - 1, peak_rad_s * kDegPerRad, static_cast<int>(film.fault()));
     std::printf("%s\n", text.c_str());
     TEST_ASSERT_TRUE_MESSAGE(tuning.proven_is_active && film.fault() == FAULT_NONE, text.c_str());
-    TEST_ASSERT_TRUE_MESSAGE(ticks - kApplied - 1 <= 500 && peak_rad_s * kDegPerRad <= 3.0, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(ticks - kApplied - 1 <= 500 && peak_rad_s * kDegPerRad <= 5.0, text.c_str());
   }
 }
 

@@ -76,10 +76,6 @@ void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples) {
     INTEGER(bool, axis->gyro_valid);
     INTEGER(bool, axis->encoder_failed);
     FLOAT(axis->mean_current_a);
-    INTEGER(bool, axis->frame.fresh);
-    INTEGER(bool, axis->frame.target_found);
-    INTEGER(int, axis->frame.age_ticks);
-    FLOAT(axis->frame.error_rad);
   }
   FLOAT(samples->bus_voltage_v);
 }

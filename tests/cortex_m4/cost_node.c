@@ -31,7 +31,6 @@ typedef struct {
 typedef struct {
   bare_axis axis[SERVO_AXES];
   uint32_t tick;
-  bool on_bus_only; /* no camera with a direct link, which the other rows have as well */
   servo_node node;
 } bench;
 
@@ -131,11 +130,7 @@ static void turn(bench *of) {
     axis->samples = (hal_axis_samples){.joint_angle_turn32 = axis->samples.joint_angle_turn32 + (uint32_t)whole,
                                        .gyro_valid = true,
                                        .gyro_rad_s = axis->rate_rad_s,
-                                       .mean_current_a = current_a,
-                                       .frame = {.fresh = of->tick % 20 == 0 && !of->on_bus_only,
-                                                 .target_found = true,
-                                                 .age_ticks = 21,
-                                                 .error_rad = 1e-5f}};
+                                       .mean_current_a = current_a};
   }
 }
 
@@ -226,7 +221,6 @@ static bool start(bool tracks, bool streams, bool goes_round) {
   static hal machine;
   memset(&b, 0, sizeof b);
   machine = machine_of(&b);
-  b.on_bus_only = goes_round;
   /* A machine of constants: its sensors always read the same. */
   protection_limits limits[SERVO_AXES];
   for (int i = 0; i < SERVO_AXES; ++i) {

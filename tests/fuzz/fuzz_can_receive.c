@@ -95,7 +95,7 @@ static void disturb(uint8_t what) {
       axis->turns += 0.3;
       break;
     case 5:
-      axis->frame = (hal_camera_frame){.fresh = true, .target_found = true, .age_ticks = 30, .error_rad = 1e-3f};
+      axis->current_error_a = 1.0f;
       break;
     case 6:
       axis->gyro_error_rad_s = isnan(axis->gyro_error_rad_s) ? 0.5f : NAN;

@@ -21,7 +21,6 @@ typedef struct {
   bool gyro_missing;
   float gyro_error_rad_s; /* added to the correct reading */
   float current_error_a;  /* the same */
-  hal_camera_frame frame; /* its `fresh` is cleared by the tick that takes it */
   hal_health health;
   bool powered;
   bool brake_coil_on;
@@ -50,8 +49,6 @@ static inline void rigid_sample(void *machine, int axis, hal_axis_samples *sampl
   samples->gyro_valid = !joint->gyro_missing;
   samples->gyro_rad_s = joint->gyro_missing ? 0.0f : (float)joint->rate_rad_s + joint->gyro_error_rad_s;
   samples->mean_current_a = joint->current_a + joint->current_error_a;
-  samples->frame = joint->frame;
-  joint->frame.fresh = false;
 }
 
 static inline float rigid_current_a(void *machine, int axis) {

@@ -267,7 +267,8 @@ Result fly(const Flight& flight) {
   return result;
 }
 
-// The first frames count by the sender's statement, until edges and frames are in step.
+// The first frames count by the sender's statement, until edges and frames are in step: the flights differ from there
+// on.
 void test_with_the_strobe_a_wrong_age_does_not_count() {
   const Result right = fly({});
   for (const double misstated_s : {-0.01, 0.01}) {
@@ -280,7 +281,7 @@ void test_with_the_strobe_a_wrong_age_does_not_count() {
         result.age_ms.least, result.age_ms.greatest, result.paired, result.frames);
     TEST_MESSAGE(text.c_str());
     for (std::size_t axis = 0; axis < sim::kAxes; ++axis) {
-      TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02 * right.sigma_urad[axis], right.sigma_urad[axis], result.sigma_urad[axis],
+      TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.05 * right.sigma_urad[axis], right.sigma_urad[axis], result.sigma_urad[axis],
                                         text.c_str());
     }
     TEST_ASSERT_TRUE_MESSAGE(result.age_ms.least >= 20.0 && result.age_ms.greatest <= 21.0, text.c_str());

@@ -216,11 +216,9 @@ static void test_a_frame_from_before_the_reset_does_not_count(void) {
   }
 }
 
-static void test_it_reads_the_samples_and_sets_the_commands_of_its_axes(void) {
+static void test_it_reads_the_samples_of_its_axes(void) {
   servo_samples samples = {0};
   samples.axis[SERVO_PITCH].sensors.joint_angle_turn32 = 7u;
-  samples.axis[SERVO_AZIMUTH].sensors.frame = (hal_camera_frame){true, true, 12, 1e-3f};
-  samples.axis[SERVO_PITCH].sensors.frame = (hal_camera_frame){true, true, 12, 2e-3f};
   static servo_app app;
   app.axis[SERVO_AZIMUTH].signals.rates.rate_rad_s = 0.25f;
   app.axis[SERVO_PITCH].signals.rates.rate_rad_s = -0.5f;
@@ -228,26 +226,6 @@ static void test_it_reads_the_samples_and_sets_the_commands_of_its_axes(void) {
   TEST_ASSERT_EQUAL_UINT32(7u, motion.pitch_angle);
   CHECK_SAME("azimuth", 0.25, motion.inertial_rad_s.azimuth);
   CHECK_SAME("pitch", -0.5, motion.inertial_rad_s.pitch);
-  const camera_alignment quarter = {.roll = {.sine = 1.0f, .cosine = 0.0f}, .boresight = {0.0f, 0.5e-3f}};
-  const pointing_frame frame = pointing_frame_of(&samples, &quarter);
-  TEST_ASSERT_TRUE(frame.fresh && frame.valid);
-  TEST_ASSERT_EQUAL_INT(12, frame.age_ticks);
-  CHECK_NEAR("x: minus the columns", -2e-3, frame.error.x, 1e-9);
-  CHECK_NEAR("y: the rows, minus the boresight", 0.5e-3, frame.error.y, 1e-9);
-  samples.axis[SERVO_PITCH].sensors.frame.target_found = false;
-  TEST_ASSERT_FALSE(pointing_frame_of(&samples, &quarter).valid);
-  samples.axis[SERVO_PITCH].sensors.frame.fresh = false;
-  TEST_ASSERT_FALSE(pointing_frame_of(&samples, &quarter).fresh);
-
-  servo_command command = {.axis = {{.mode = SERVO_SPEED, .rate_limit_rad_s = 3.0f}, {.mode = SERVO_OFF}}};
-  const pointing_output out = {.reference = {{0.1f, 0.2f}, {0.3f, 0.4f}}, .torque_nm = {0.5f, 0.6f}};
-  pointing_command_axes(&out, &command);
-  CHECK_SAME("rate", 0.1f, command.axis[SERVO_AZIMUTH].speed.rate_rad_s);
-  CHECK_SAME("acceleration", 0.4f, command.axis[SERVO_PITCH].speed.acceleration_rad_s2);
-  CHECK_SAME("torque", 0.6f, command.axis[SERVO_PITCH].torque_nm);
-  TEST_ASSERT_EQUAL_INT(SERVO_SPEED, command.axis[SERVO_AZIMUTH].mode);
-  TEST_ASSERT_EQUAL_INT(SERVO_OFF, command.axis[SERVO_PITCH].mode);
-  CHECK_SAME("limit", 3.0f, command.axis[SERVO_AZIMUTH].rate_limit_rad_s);
 }
 
 static void test_parameters_out_of_range_are_refused_and_change_nothing(void) {
@@ -278,7 +256,7 @@ int main(void) {
   RUN_TEST(test_the_torques_are_those_of_the_turning_masses);
   RUN_TEST(test_the_torques_are_what_the_speed_loops_do_not_feed_forward);
   RUN_TEST(test_a_frame_from_before_the_reset_does_not_count);
-  RUN_TEST(test_it_reads_the_samples_and_sets_the_commands_of_its_axes);
+  RUN_TEST(test_it_reads_the_samples_of_its_axes);
   RUN_TEST(test_parameters_out_of_range_are_refused_and_change_nothing);
   return UNITY_END();
 }

@@ -356,11 +356,7 @@ static void test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit(
         .sensors = {.joint_angle_turn32 = (uint32_t)random_bits(&source),
                     .gyro_valid = random_bits(&source) % 2 == 0,
                     .gyro_rad_s = any_float(&source),
-                    .mean_current_a = any_float(&source),
-                    .frame = {.fresh = random_bits(&source) % 2 == 0,
-                              .target_found = true,
-                              .age_ticks = (int)(random_bits(&source) % 300) - 50,
-                              .error_rad = any_float(&source)}},
+                    .mean_current_a = any_float(&source)},
     };
     servo_axis_tick(&b.axis, &b.params, &command, &samples, dt_s);
     CHECK_AT_MOST("torque, Nm", 50.0, fabsf(b.axis.commanded_nm));
@@ -376,17 +372,6 @@ static void test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit(
   b.params.speed.rate_fusion.source = RATE_FROM_ENCODER;
   ticks(&b, 1000);
   CHECK_NEAR("rate afterwards, rad/s", 0.1, b.rate_rad_s, 1e-3);
-}
-
-/* A reference from outside replaces the axis' own tracker in tracking only: in another mode it goes on to look. */
-static void test_in_another_mode_the_tracker_sees_frames_although_tracking_is_given(void) {
-  bench b = bench_at_rest();
-  const tracking_limits given = {.given = true};
-  b.command = (servo_axis_command){.mode = SERVO_SPEED, .tracking = &given};
-  b.samples.sensors.frame = (hal_camera_frame){.fresh = true, .target_found = true, .error_rad = 2e-3f};
-  tick(&b);
-  TEST_ASSERT_TRUE(b.axis.signals.target.known);
-  CHECK_SAME("rad", 2e-3f, b.axis.signals.target.error_rad);
 }
 
 static void test_other_parameters_begin_nothing_while_the_loops_are_open(void) {
@@ -423,7 +408,6 @@ int main(void) {
   RUN_TEST(test_a_gyro_that_says_it_is_not_valid_may_hold_anything);
   RUN_TEST(test_a_sum_that_is_not_a_number_takes_the_torque_away);
   RUN_TEST(test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit);
-  RUN_TEST(test_in_another_mode_the_tracker_sees_frames_although_tracking_is_given);
   RUN_TEST(test_other_parameters_begin_nothing_while_the_loops_are_open);
   return UNITY_END();
 }

@@ -31,9 +31,8 @@ Image read_image(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   Image image((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   if (!is_for_this_chip(image)) {
-    throw std::runtime_error(
-        fmt::format("{}: is no image of this board, or cannot be read; give build/stm32g474/bin/trackservo.bin",
-                    file.string()));
+    throw std::runtime_error(fmt::format(
+        "{}: is no image of this board, or cannot be read; give build/stm32g474/bin/trackservo.bin", file.string()));
   }
   return image;
 }

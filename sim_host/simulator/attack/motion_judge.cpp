@@ -96,7 +96,7 @@ bool MotionJudge::demands_standstill(const DrivenNode& node, int axis) {
   const bool begins = ++tracking.ticks <= kEntryTicks;
   const bool rises = !begins && wanted_rad_s > tracking.min_rad_s + kAtRest_rad_s;
   tracking.min_rad_s = begins ? wanted_rad_s : std::min(tracking.min_rad_s, wanted_rad_s);
-  const bool follows = node.machine().firmware(axis).mode == SERVO_TRACKING;
+  const bool follows = node.axis(axis).drive.motion.followed != nullptr;
   return follows || rises || wanted_rad_s < kAtRest_rad_s;
 }
 

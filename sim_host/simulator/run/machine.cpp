@@ -36,7 +36,6 @@ struct MachineHal {
     break_encoder(m, i, last_angle, samples);
     break_gyro(m, i, samples);
     samples->mean_current_a = static_cast<float>(m.mean_current_a_[i]);
-    samples->frame = camera_frame(m.frame_, i);
   }
 
   static void break_encoder(Machine& m, std::size_t i, std::uint32_t last_angle, hal_axis_samples *samples) {
@@ -85,14 +84,6 @@ struct MachineHal {
     }
     samples->gyro_rad_s = static_cast<float>(m.reported_gyro_rad_s_[i]);
     samples->gyro_valid = samples->gyro_valid && !broken.gyro_lost;
-  }
-
-  static hal_camera_frame camera_frame(const std::optional<CameraFrame>& result, std::size_t i) {
-    if (!result) {
-      return {};
-    }
-    return {true, result->valid, static_cast<int>(std::lround(result->delay_s / kTick_s)),
-            static_cast<float>(result->error_rad[i])};
   }
 
   static hal_health axis_health(void *machine, int axis) {
@@ -284,10 +275,7 @@ void Machine::advance_tick() {
         }
         convert(period);
       },
-      [this] {
-        tick_();
-        frame_.reset();
-      },
+      [this] { tick_(); },
       [this](std::uint32_t) {
         run_clock();
         duty_ = next_duty_;

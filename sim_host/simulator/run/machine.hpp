@@ -17,7 +17,6 @@
 #include "plant/tracker.hpp"
 #include "run/bad_sensors.hpp"
 #include "run/broken_parts.hpp"
-#include "sensors/camera.hpp"
 
 namespace trackservo::sim {
 
@@ -51,9 +50,6 @@ class Machine {
 
   // The command of the axes; takes effect at the next tick.
   servo_command& command() { return board_->command; }
-
-  // The result of a camera frame that has arrived in this tick, or nothing.
-  void deliver(const std::optional<CameraFrame>& frame) { frame_ = frame; }
 
   // The camera begins an exposure: a rising edge of its strobe, between two ticks.
   void strobe() { strobes_.push_back(clock_us()); }
@@ -98,7 +94,6 @@ class Machine {
   std::array<double, kAxes> next_duty_{};  // from the next period on
   std::array<double, kAxes> injected_nm_{};
   std::array<double, kAxes> injected_a_{};  // in force
-  std::optional<CameraFrame> frame_;
   std::vector<std::uint32_t> strobes_;
   std::uint32_t clock_us_ = 0;  // at the next tick; within it, and in its deferred task, at its beginning
   BrokenParts broken_;

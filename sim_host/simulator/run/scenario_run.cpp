@@ -55,12 +55,12 @@ class TrackingScene {
     return error;
   }
 
-  void look(Machine& machine, const std::array<double, kAxes>& error_rad) {
-    const TruthState truth = machine.truth();
+  // The result that arrives now, if one does.
+  std::optional<CameraFrame> look(const TruthState& truth, const std::array<double, kAxes>& error_rad) {
     camera_.expose(truth.time_s, is_picture()
                                      ? picture_of(target_.position_m(truth.time_s), pose_of(truth), config_.mounting)
                                      : error_rad);
-    machine.deliver(camera_.poll(truth.time_s));
+    return camera_.poll(truth.time_s);
   }
 
  private:
@@ -95,41 +95,73 @@ pointing_params pointing_of(const RunRequest& request) {
   return params;
 }
 
-// The firmware of one run: the servo alone, or with the pointing of both axes in its tick.
+// The firmware of one run: the servo, and in tracking what follows the target, as in the node.
 class Firmware {
  public:
-  Firmware(const RunRequest& request, Machine& machine) {
-    const bool points = request.scenario->pointing == Pointing::kLineOfSight;
-    const camera_alignment alignment = alignment_of(request.scenario->camera.mounting);
+  Firmware(const RunRequest& request, Machine& machine)
+      : scenario_(*request.scenario), alignment_(alignment_of(request.scenario->camera.mounting)) {
     if (servo_board_start(&board_, machine.hal_pointer(), &request.params) != CONTROL_OK) {
       throw std::invalid_argument(
           "the firmware refuses the parameters: " + dictionary::refusal_of(request.params).value_or("") + ".");
     }
-    if (points) {
-      const pointing_params params = pointing_of(request);
-      if (pointing_configure(&pointing_, &params) != CONTROL_OK) {
-        throw std::invalid_argument("the firmware refuses the parameters of the pointing.");
-      }
+    const pointing_params params = pointing_of(request);
+    if (together() && pointing_configure(&pointing_, &params) != CONTROL_OK) {
+      throw std::invalid_argument("the firmware refuses the parameters of the pointing.");
     }
-    machine.run_firmware(board_, [this, points, alignment] {
-      servo_board_sample(&board_);
-      if (points) {
-        const pointing_frame frame = pointing_frame_of(&board_.samples, &alignment);
-        const pointing_motion motion = pointing_motion_of(&board_.app, &board_.samples);
-        const pointing_output out = pointing_step(&pointing_, &frame, &motion, SERVO_TICK_S);
-        pointing_command_axes(&out, &board_.command);
-        pointing_tracker_prepare(&pointing_.tracker, &pointing_.params.tracker, out.error_of_joints_rad, SERVO_TICK_S);
-      }
-      servo_board_control(&board_);
-    });
+    machine.run_firmware(board_, [this] { tick(); });
   }
 
   Firmware(const Firmware&) = delete;
   Firmware& operator=(const Firmware&) = delete;
 
+  // The result of a camera frame that has arrived in the coming tick, or nothing.
+  void see(const std::optional<CameraFrame>& frame) { frame_ = frame; }
+
  private:
+  bool together() const { return scenario_.pointing == Pointing::kLineOfSight; }
+
+  void tick() {
+    servo_board_sample(&board_);
+    if (scenario_.kind == ScenarioKind::kTracking) {
+      const CameraFrame frame = frame_.value_or(CameraFrame{});
+      const int age_ticks = static_cast<int>(std::lround(frame.delay_s / kTick_s));
+      const std::array<float, kAxes> error_rad = {static_cast<float>(frame.error_rad[0]),
+                                                  static_cast<float>(frame.error_rad[1])};
+      if (together()) {
+        follow({frame_.has_value(), frame.valid, age_ticks, camera_error(&alignment_, {error_rad[0], error_rad[1]})});
+      } else {
+        follow(joint_frame{frame_.has_value(), frame.valid, age_ticks, {error_rad[kAzimuth], error_rad[kPitch]}});
+      }
+    }
+    servo_board_control(&board_);
+  }
+
+  void follow(const pointing_frame& frame) {
+    const pointing_motion motion = pointing_motion_of(&board_.app, &board_.samples);
+    const pointing_output out = pointing_step(&pointing_, &frame, &motion, SERVO_TICK_S);
+    for (int axis = 0; axis < kAxes; ++axis) {
+      board_.command.axis[axis].speed = out.reference[axis];
+      board_.command.axis[axis].torque_nm = out.torque_nm[axis];
+    }
+    pointing_tracker_prepare(&pointing_.tracker, &pointing_.params.tracker, out.error_of_joints_rad, SERVO_TICK_S);
+  }
+
+  void follow(const joint_frame& frame) {
+    servo_target targets[SERVO_AXES];
+    joint_tracking_step(&joints_, &board_.app, &frame, targets);
+    for (int axis = 0; axis < kAxes; ++axis) {
+      if (scenario_.axes[static_cast<std::size_t>(axis)]) {
+        board_.command.axis[axis].speed = targets[axis].reference;
+      }
+    }
+  }
+
+  const ScenarioConfig& scenario_;
+  camera_alignment alignment_;
   servo_board board_{};
   pointing pointing_{};
+  joint_tracking joints_{};
+  std::optional<CameraFrame> frame_;
 };
 
 // The command of an axis for this tick; an axis that does not take part holds its inertial rate at zero.
@@ -137,12 +169,10 @@ void command_axis(const RunRequest& request, Machine& machine, int axis, double 
   const ScenarioConfig& scenario = *request.scenario;
   const bool moves = scenario.axes[static_cast<std::size_t>(axis)];
   servo_axis_command& command = machine.command().axis[axis];
-  if (scenario.kind == ScenarioKind::kTracking) {
-    const bool alone = scenario.pointing == Pointing::kPerAxis;
-    command.mode = moves && alone ? SERVO_TRACKING : SERVO_SPEED;
-    return;
-  }
   command.mode = SERVO_SPEED;
+  if (scenario.kind == ScenarioKind::kTracking) {
+    return;  // its set-point comes from the camera
+  }
   command.speed = moves ? speed_set_point(scenario, request.speed_rad_s, time_s) : speed_reference{0.0F, 0.0F};
   machine.inject_torque(axis, moves ? disturbance_nm(*request.plant, scenario, axis, time_s) : 0.0);
 }
@@ -156,7 +186,7 @@ Trace run_once(const RunRequest& request) {
     start_rad = scene->start_rad();
   }
   Machine machine(*request.plant, request.seed, start_rad);
-  const Firmware firmware(request, machine);
+  Firmware firmware(request, machine);
 
   const int ticks = static_cast<int>(std::lround(scenario.duration_s / kTick_s));
   Trace trace;
@@ -167,7 +197,7 @@ Trace run_once(const RunRequest& request) {
     std::array<double, kAxes> error_rad{};
     if (scene) {
       error_rad = scene->error_rad(machine.truth());
-      scene->look(machine, error_rad);
+      firmware.see(scene->look(machine.truth(), error_rad));
     }
     for (int axis = 0; axis < kAxes; ++axis) {
       command_axis(request, machine, axis, row.time_s);

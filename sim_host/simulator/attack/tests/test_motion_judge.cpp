@@ -146,7 +146,7 @@ void send_frame(sim::DrivenNode& node, int counter, bool found) {
 
 // A fault of the firmware: the tracking loop of the azimuth goes on as if it had just seen a target.
 void keep_target(sim::DrivenNode& node) {
-  target_tracker_state& tracker = node.node().board.app.axis[sim::kAzimuth].tracker;
+  target_tracker_state& tracker = node.node().tracking.joints.axis[sim::kAzimuth];
   tracker.locked = true;
   tracker.ticks_since_frame = 0;
   tracker.error_rad = 0.0F;

@@ -1,0 +1,94 @@
+/* Each joint follows the target by its own loop, from frames with the errors of both. */
+#include "servo/joint_tracking.h"
+
+#include "support/check.h"
+
+static joint_tracking joints;
+static servo_app app;
+static servo_target targets[SERVO_AXES];
+
+/* Azimuth by the paper's loop, pitch by the predictive one. */
+void setUp(void) {
+  joint_tracking_reset(&joints);
+  app = (servo_app){0};
+  app.params.axis[SERVO_AZIMUTH].tracker = (target_tracker_params){.kind = TRACKER_PI,
+                                                                   .proportional_per_s = 2.0f,
+                                                                   .estimator_rad_s = 3.0f,
+                                                                   .rate_limit_rad_s = 0.5f,
+                                                                   .coast_s = 0.1f};
+  app.params.axis[SERVO_PITCH].tracker = (target_tracker_params){.kind = TRACKER_PREDICTIVE,
+                                                                 .proportional_per_s = 30.0f,
+                                                                 .estimator_rad_s = 3.0f,
+                                                                 .rate_limit_rad_s = 0.5f,
+                                                                 .coast_s = 0.1f};
+}
+void tearDown(void) {}
+
+static void step(joint_frame frame) { joint_tracking_step(&joints, &app, &frame, targets); }
+
+static void test_each_joint_has_its_error_its_loop_and_its_gain(void) {
+  step((joint_frame){.fresh = true, .valid = true, .error_rad = {.azimuth = 1e-3f, .pitch = -2e-3f}});
+  TEST_ASSERT_TRUE(targets[SERVO_AZIMUTH].known && targets[SERVO_PITCH].known);
+  CHECK_SAME("rad", 1e-3f, targets[SERVO_AZIMUTH].error_rad);
+  CHECK_SAME("rad", -2e-3f, targets[SERVO_PITCH].error_rad);
+  CHECK_NEAR("rad/s", 2e-3, targets[SERVO_AZIMUTH].reference.rate_rad_s, 1e-8);
+  CHECK_NEAR("rad/s", -0.06, targets[SERVO_PITCH].reference.rate_rad_s, 1e-7);
+  CHECK_SAME("1/s", 2.0, targets[SERVO_AZIMUTH].proportional_per_s);
+  CHECK_SAME("1/s", 30.0, targets[SERVO_PITCH].proportional_per_s);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    CHECK_SAME("Nm", 0.0, targets[i].torque_nm);
+    TEST_ASSERT_EQUAL(0, targets[i].frame_age_ticks);
+  }
+  step((joint_frame){0});
+  TEST_ASSERT_EQUAL(1, targets[SERVO_PITCH].frame_age_ticks);
+}
+
+/* A pitch that turns at 0.1 rad/s has turned by 2 mrad since an exposure 20 ms ago. */
+static void test_an_age_is_made_up_for_by_the_motion_since_the_exposure(void) {
+  app.axis[SERVO_PITCH].signals.rates.rate_rad_s = 0.1f;
+  for (int i = 0; i < TARGET_TRACKER_HISTORY; ++i) {
+    step((joint_frame){0});
+  }
+  step((joint_frame){.fresh = true, .valid = true, .age_ticks = 20, .error_rad = {.pitch = 3e-3f}});
+  CHECK_NEAR("rad", 1e-3, targets[SERVO_PITCH].error_rad, 1e-7);
+}
+
+/* While both axes track together, their motion is remembered, so that one may go on alone at once. */
+static void test_motion_is_remembered_and_the_target_is_not(void) {
+  step((joint_frame){.fresh = true, .valid = true, .error_rad = {.pitch = 1e-3f}});
+  app.axis[SERVO_PITCH].signals.rates.rate_rad_s = 0.1f;
+  for (int i = 0; i < TARGET_TRACKER_HISTORY; ++i) {
+    joint_tracking_remember(&joints, &app);
+  }
+  step((joint_frame){0});
+  TEST_ASSERT_FALSE(targets[SERVO_PITCH].known);
+  step((joint_frame){.fresh = true, .valid = true, .age_ticks = 10, .error_rad = {.pitch = 3e-3f}});
+  CHECK_NEAR("rad", 2e-3, targets[SERVO_PITCH].error_rad, 1e-7);
+}
+
+static void test_a_target_is_coasted_and_can_be_lost_on_purpose(void) {
+  for (int way = 0; way < 2; ++way) {
+    setUp();
+    step((joint_frame){.fresh = true, .valid = true, .error_rad = {.azimuth = 1e-3f, .pitch = 1e-3f}});
+    if (way == 0) {
+      joint_tracking_lose(&joints);
+    }
+    int known_ticks = 0;
+    for (int i = 0; i < 200; ++i) {
+      step((joint_frame){0});
+      known_ticks += targets[SERVO_PITCH].known ? 1 : 0;
+    }
+    TEST_ASSERT_INT_WITHIN(1, way == 0 ? 0 : 100, known_ticks); /* coast_s */
+    CHECK_SAME("rad/s", 0.0, targets[SERVO_AZIMUTH].reference.rate_rad_s);
+    CHECK_SAME("rad/s", 0.0, targets[SERVO_PITCH].reference.rate_rad_s);
+  }
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_each_joint_has_its_error_its_loop_and_its_gain);
+  RUN_TEST(test_an_age_is_made_up_for_by_the_motion_since_the_exposure);
+  RUN_TEST(test_motion_is_remembered_and_the_target_is_not);
+  RUN_TEST(test_a_target_is_coasted_and_can_be_lost_on_purpose);
+  return UNITY_END();
+}
