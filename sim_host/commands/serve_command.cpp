@@ -30,7 +30,7 @@ struct ServeCommand {
   TargetArguments target;
 };
 
-// Simulated time per real time; none for "max", or 0, as it was called for the board.
+// Simulated time per real time; none for "max", or 0, as emulate_board has always called it.
 std::optional<double> pace_of(const std::string& speed) {
   double pace = 1.0;
   if (speed == "max" || speed == "0") {
@@ -42,10 +42,10 @@ std::optional<double> pace_of(const std::string& speed) {
   return pace;
 }
 
-CLI::Validator speed() {
-  return {[](std::string& text) -> std::string {
+CLI::Validator speed(bool zero_is_max) {
+  return {[zero_is_max](std::string& text) -> std::string {
             double pace = 0.0;
-            const bool good = text == "realtime" || text == "max" || text == "0" ||
+            const bool good = text == "realtime" || text == "max" || (zero_is_max && text == "0") ||
                               (CLI::detail::lexical_cast(text, pace) && pace >= kSlowest && pace <= kFastest);
             return good ? ""
                         : fmt::format("Invalid pace \"{}\": expected realtime, max or a number from {} to {}", text,
@@ -133,7 +133,7 @@ void add_serve(CLI::App& app, int& code, const std::vector<std::string>& argumen
       ->check(CLI::IsMember({125000, 250000, 500000, 1000000}))
       ->capture_default_str();
   command->add_option("--speed", serving->speed, "speed of simulated time: realtime, max, or a multiple of real time")
-      ->check(speed())
+      ->check(speed(serve_board != nullptr))
       ->capture_default_str();
   add_target(*command, serving->target);
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, kUntilStdinEndsHelp);
