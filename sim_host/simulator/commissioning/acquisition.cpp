@@ -8,7 +8,6 @@
 #include <limits>
 #include <string>
 
-#include "dictionary/refusal_text.hpp"
 #include "run/machine.hpp"
 
 namespace trackservo::sim {
@@ -95,13 +94,10 @@ class Bench {
  public:
   explicit Bench(const AcquisitionSetup& setup)
       : axis_(setup.axis),
-        machine_(*setup.plant, setup.seed, setup.start_angle_rad),
+        machine_(*setup.plant, setup.params, setup.seed, setup.start_angle_rad),
+        board_(machine_.board()),
         angle_rad_(setup.start_angle_rad[static_cast<std::size_t>(setup.axis)]) {
-    if (servo_board_start(&board_, machine_.hal_pointer(), &setup.params) != CONTROL_OK) {
-      throw ExperimentError(
-          "the firmware refuses the parameters: " + dictionary::refusal_of(setup.params).value_or("") + ".");
-    }
-    machine_.run_firmware(board_, [this] { tick(); });
+    machine_.on_tick([this](servo_board& /*board*/) { tick(); });
     for (int axis = 0; axis < kAxes; ++axis) {  // the other axis stays where it is
       servo_axis_command& command = board_.command.axis[axis];
       command.mode = SERVO_POSITION;
@@ -233,7 +229,7 @@ class Bench {
 
   int axis_;
   Machine machine_;
-  servo_board board_{};
+  servo_board& board_;
   experiment experiment_{};
   std::function<void(Bench&)> deciding_ = [](Bench&) {};
   Acquisition result_;

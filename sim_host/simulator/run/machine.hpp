@@ -24,7 +24,8 @@ struct MachineHal;
 
 class Machine {
  public:
-  // Throws std::invalid_argument when the firmware refuses the parameters.
+  // A machine with the servo of the firmware alone, without drive and node. Throws std::invalid_argument when it
+  // refuses the parameters.
   Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
           const std::array<double, kAxes>& joint_angle_rad);
 
@@ -43,6 +44,12 @@ class Machine {
     board_ = &board;
     tick_ = std::move(tick);
   }
+
+  // Replaces the 1 ms tick of the servo, which is servo_board_tick.
+  void on_tick(std::function<void(servo_board& board)> tick) {
+    tick_ = [this, tick = std::move(tick)] { tick(*board_); };
+  }
+  servo_board& board() { return *board_; }
 
   // Adds the holding brakes of the plant file, which hold while the bridge of their axis is off. Only before the first
   // tick.

@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dictionary/refusal_text.hpp"
 #include "run/machine.hpp"
 #include "sensors/camera.hpp"
 #include "target/fly_by.hpp"
@@ -95,24 +94,20 @@ pointing_params pointing_of(const RunRequest& request) {
   return params;
 }
 
-// The firmware of one run: the servo, and in tracking what follows the target, as in the node.
-class Firmware {
+// What follows the target in the tick of the servo, as in the node.
+class Tracking {
  public:
-  Firmware(const RunRequest& request, Machine& machine)
+  Tracking(const RunRequest& request, Machine& machine)
       : scenario_(*request.scenario), alignment_(alignment_of(request.scenario->camera.mounting)) {
-    if (servo_board_start(&board_, machine.hal_pointer(), &request.params) != CONTROL_OK) {
-      throw std::invalid_argument(
-          "the firmware refuses the parameters: " + dictionary::refusal_of(request.params).value_or("") + ".");
-    }
     const pointing_params params = pointing_of(request);
     if (together() && pointing_configure(&pointing_, &params) != CONTROL_OK) {
       throw std::invalid_argument("the firmware refuses the parameters of the pointing.");
     }
-    machine.run_firmware(board_, [this] { tick(); });
+    machine.on_tick([this](servo_board& board) { tick(board); });
   }
 
-  Firmware(const Firmware&) = delete;
-  Firmware& operator=(const Firmware&) = delete;
+  Tracking(const Tracking&) = delete;
+  Tracking& operator=(const Tracking&) = delete;
 
   // The result of a camera frame that has arrived in the coming tick, or nothing.
   void see(const std::optional<CameraFrame>& frame) { frame_ = frame; }
@@ -120,45 +115,43 @@ class Firmware {
  private:
   bool together() const { return scenario_.pointing == Pointing::kLineOfSight; }
 
-  void tick() {
-    servo_board_sample(&board_);
-    if (scenario_.kind == ScenarioKind::kTracking) {
-      const CameraFrame frame = frame_.value_or(CameraFrame{});
-      const int age_ticks = static_cast<int>(std::lround(frame.delay_s / kTick_s));
-      const std::array<float, kAxes> error_rad = {static_cast<float>(frame.error_rad[0]),
-                                                  static_cast<float>(frame.error_rad[1])};
-      if (together()) {
-        follow({frame_.has_value(), frame.valid, age_ticks, camera_error(&alignment_, {error_rad[0], error_rad[1]})});
-      } else {
-        follow(joint_frame{frame_.has_value(), frame.valid, age_ticks, {error_rad[kAzimuth], error_rad[kPitch]}});
-      }
+  void tick(servo_board& board) {
+    servo_board_sample(&board);
+    const CameraFrame frame = frame_.value_or(CameraFrame{});
+    const int age_ticks = static_cast<int>(std::lround(frame.delay_s / kTick_s));
+    const std::array<float, kAxes> error_rad = {static_cast<float>(frame.error_rad[0]),
+                                                static_cast<float>(frame.error_rad[1])};
+    if (together()) {
+      follow(board,
+             {frame_.has_value(), frame.valid, age_ticks, camera_error(&alignment_, {error_rad[0], error_rad[1]})});
+    } else {
+      follow(board, joint_frame{frame_.has_value(), frame.valid, age_ticks, {error_rad[kAzimuth], error_rad[kPitch]}});
     }
-    servo_board_control(&board_);
+    servo_board_control(&board);
   }
 
-  void follow(const pointing_frame& frame) {
-    const pointing_motion motion = pointing_motion_of(&board_.app, &board_.samples);
+  void follow(servo_board& board, const pointing_frame& frame) {
+    const pointing_motion motion = pointing_motion_of(&board.app, &board.samples);
     const pointing_output out = pointing_step(&pointing_, &frame, &motion, SERVO_TICK_S);
     for (int axis = 0; axis < kAxes; ++axis) {
-      board_.command.axis[axis].speed = out.reference[axis];
-      board_.command.axis[axis].torque_nm = out.torque_nm[axis];
+      board.command.axis[axis].speed = out.reference[axis];
+      board.command.axis[axis].torque_nm = out.torque_nm[axis];
     }
     pointing_tracker_prepare(&pointing_.tracker, &pointing_.params.tracker, out.error_of_joints_rad, SERVO_TICK_S);
   }
 
-  void follow(const joint_frame& frame) {
+  void follow(servo_board& board, const joint_frame& frame) {
     servo_target targets[SERVO_AXES];
-    joint_tracking_step(&joints_, &board_.app, &frame, targets);
+    joint_tracking_step(&joints_, &board.app, &frame, targets);
     for (int axis = 0; axis < kAxes; ++axis) {
       if (scenario_.axes[static_cast<std::size_t>(axis)]) {
-        board_.command.axis[axis].speed = targets[axis].reference;
+        board.command.axis[axis].speed = targets[axis].reference;
       }
     }
   }
 
   const ScenarioConfig& scenario_;
   camera_alignment alignment_;
-  servo_board board_{};
   pointing pointing_{};
   joint_tracking joints_{};
   std::optional<CameraFrame> frame_;
@@ -185,8 +178,11 @@ Trace run_once(const RunRequest& request) {
     scene.emplace(scenario, request.seed);
     start_rad = scene->start_rad();
   }
-  Machine machine(*request.plant, request.seed, start_rad);
-  Firmware firmware(request, machine);
+  Machine machine(*request.plant, request.params, request.seed, start_rad);
+  std::optional<Tracking> tracking;
+  if (scene) {
+    tracking.emplace(request, machine);
+  }
 
   const int ticks = static_cast<int>(std::lround(scenario.duration_s / kTick_s));
   Trace trace;
@@ -197,7 +193,7 @@ Trace run_once(const RunRequest& request) {
     std::array<double, kAxes> error_rad{};
     if (scene) {
       error_rad = scene->error_rad(machine.truth());
-      firmware.see(scene->look(machine.truth(), error_rad));
+      tracking->see(scene->look(machine.truth(), error_rad));
     }
     for (int axis = 0; axis < kAxes; ++axis) {
       command_axis(request, machine, axis, row.time_s);
