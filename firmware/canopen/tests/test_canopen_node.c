@@ -153,6 +153,8 @@ static void test_one_node_is_monitored_by_one_consumer_only(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
   TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1016, 2, 0x00010064, 4));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010064, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 3, 0x00070064, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1016, 4, 0x00070032, 4)); /* whichever has it */
 }
 
 static bool is_busy;

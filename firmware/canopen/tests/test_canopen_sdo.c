@@ -504,6 +504,25 @@ static void test_block_upload_of_any_length_arrives_bit_exact(void) {
   }
 }
 
+/* A client that gives no CRC (bit 2 of its request) gets none: the field is 0. */
+static void test_a_block_upload_without_a_crc_has_none(void) {
+  const uint8_t start[8] = {0xA0, 0x02, 0x2F, 0, 127};
+  const uint8_t go[8] = {0xA3};
+  const uint8_t ack[8] = {0xA2, 2, 127};
+  uint8_t answer[8];
+  fill_pattern(3);
+  TEST_ASSERT_EQUAL_HEX32(0, block_download(pattern, 14, 0, 0));
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0xC2, answer[0] & 0xFB); /* with or without a CRC of the server */
+  bench_give(0x605, 8, go);
+  bench_wait_ms(20);
+  bench.sent = 0;
+  bench_sdo(ack, answer);
+  TEST_ASSERT_EQUAL_HEX8(0xC1, answer[0] & 0xE3);
+  TEST_ASSERT_EQUAL_HEX8(0, answer[1]);
+  TEST_ASSERT_EQUAL_HEX8(0, answer[2]);
+}
+
 static void test_full_bus_delays_an_upload_and_loses_nothing(void) {
   static uint8_t data[TEST_DEVICE_STREAM + 7];
   const uint8_t start[8] = {0xA4, 0x02, 0x2F, 0, 127};
@@ -860,6 +879,7 @@ int main(void) {
   RUN_TEST(test_lost_segment_is_sent_again);
   RUN_TEST(test_wrong_crc_and_wrong_size_change_nothing);
   RUN_TEST(test_block_upload_of_any_length_arrives_bit_exact);
+  RUN_TEST(test_a_block_upload_without_a_crc_has_none);
   RUN_TEST(test_full_bus_delays_an_upload_and_loses_nothing);
   RUN_TEST(test_every_first_byte_and_length_in_every_state_is_harmless);
   RUN_TEST(test_stopped_node_answers_no_sdo);

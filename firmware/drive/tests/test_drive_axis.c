@@ -362,7 +362,11 @@ static void check_position(const bench *b) {
 static bench bench_at_turns(int8_t mode, double turns) {
   bench b = bench_in(mode);
   const double whole = round(turns);
+  const drive_axis before = b.axis;
   drive_axis_shift(&b.axis, (int)whole);
+  const drive_angle by = (drive_angle)whole * (INT64_C(1) << 32);
+  TEST_ASSERT_EQUAL_INT64(before.position + by, b.axis.position);
+  TEST_ASSERT_EQUAL_INT64(before.setpoint.position + by, b.axis.setpoint.position);
   b.angle_rad = turns * turn_rad; /* in the same revolution, a few degrees on */
   b.o.position.following_error_window = UINT32_MAX;
   b.in.joint_angle = encoder(b.angle_rad);

@@ -234,17 +234,37 @@ static void test_a_counter_that_stands_is_told(void) {
   TEST_ASSERT_EQUAL_HEX8(1, newest_error() >> 16 & 0xFF);
 }
 
+/* The counter of a frame hands it over; its other objects, and those of the camera, only take a value. */
+static void test_nothing_but_the_counter_hands_a_frame_over(void) {
+  const uint32_t before = get(CAMERA_STATE, TAKEN);
+  SET(FRAME, 1, 100);
+  SET(FRAME, 2, 100);
+  SET(FRAME, 3, 3000);
+  SET(FRAME, 4, 90);
+  SET_FLOAT(CAMERA, 1, 2e-6f);
+  SET(CAMERA, 8, 100);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(before, get(CAMERA_STATE, TAKEN));
+  TEST_ASSERT_EQUAL(0, get(CAMERA_STATE, DROPPED));
+  SET(FRAME, 5, 77);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(before + 1, get(CAMERA_STATE, TAKEN));
+}
+
 static void test_a_reset_of_the_node_forgets_the_frames(void) {
   follow_for(500);
   world.counter--;
   send_frame(0.0, 0.0, 0.0, true);
   wait_ms(2);
   TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, DROPPED));
+  node.tracking.delay.offset_ticks = 7;
   nmt(0x82); /* of the communication */
   wait_ms(100);
   TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, DROPPED));
+  TEST_ASSERT_EQUAL(7, node.tracking.delay.offset_ticks);
   nmt(0x81);
   wait_ms(100);
+  TEST_ASSERT_EQUAL(0, node.tracking.delay.offset_ticks);
   for (uint8_t sub = TAKEN; sub <= LAST_DROP; ++sub) {
     TEST_ASSERT_EQUAL(0, get(CAMERA_STATE, sub) & 0xFF);
   }
@@ -518,6 +538,7 @@ int main(void) {
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_a_frozen_picture_stops_the_axis_that_it_drives);
   RUN_TEST(test_a_counter_that_stands_is_told);
+  RUN_TEST(test_nothing_but_the_counter_hands_a_frame_over);
   RUN_TEST(test_a_reset_of_the_node_forgets_the_frames);
   RUN_TEST(test_the_rate_changes_by_the_profile_acceleration_at_most);
   RUN_TEST(test_a_target_beyond_the_travel_is_followed_to_its_end);
