@@ -56,6 +56,7 @@ typedef struct {
   bool limited;
   image_vector error_rad; /* estimated, now */
   joint_vector error_of_joints_rad;
+  joint_vector seen_rad;   /* the same by the last frame, without its filter */
   joint_vector rate_rad_s; /* commanded, about the azimuth's and the pitch's axis */
   joint_vector acceleration_rad_s2;
 } pointing_command;

@@ -79,6 +79,7 @@ static void correct(target_tracker_state *state, const target_tracker_gains *gai
 
   const float rate_step_rad_s = gains->beta * residual_rad / gains->interval_s;
   const float acceleration_step_rad_s2 = gains->gamma * residual_rad / (gains->interval_s * gains->interval_s);
+  state->untaken_rad = (1.0f - gains->alpha) * residual_rad;
   /* The corrections are those at exposure; extrapolate them to now. */
   state->error_rad +=
       gains->alpha * residual_rad + rate_step_rad_s * age_s + 0.5f * acceleration_step_rad_s2 * age_s * age_s;
@@ -90,6 +91,7 @@ static void acquire(target_tracker_state *state, int age_ticks, float error_rad,
   state->error_rad = error_rad - target_tracker_los_motion_rad(state, age_ticks, dt_s);
   state->target_rate_rad_s = los_rate_rad_s;
   state->target_acceleration_rad_s2 = 0.0f;
+  state->untaken_rad = 0.0f;
   state->integral_rad_s = los_rate_rad_s;
   state->locked = true;
 }
@@ -137,6 +139,7 @@ void target_tracker_assume(target_tracker_state *state, float error_rad, float r
   state->error_rad = error_rad;
   state->target_rate_rad_s = rate_rad_s;
   state->target_acceleration_rad_s2 = acceleration_rad_s2;
+  state->untaken_rad = 0.0f;
   state->locked = true;
 }
 

@@ -35,6 +35,7 @@ typedef struct {
 typedef struct {
   float integral_rad_s;
   float error_rad;         /* target - line of sight, now */
+  float untaken_rad;       /* what the last frame said beyond it: the error as seen is the sum */
   float target_rate_rad_s; /* inertial */
   float target_acceleration_rad_s2;
   float los_sum_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick: sum of the rates since the start of its

@@ -540,7 +540,7 @@ static speed_reference tracked_reference(const drive_motion *motion, const speed
                                           motion->tracked_rad_s2 - step_rad_s2, motion->tracked_rad_s2 + step_rad_s2)};
 }
 
-/* Without a target the axis stops and stays where it looks. */
+/* Without a target the axis stops and stays where it looks; at the end of the travel it waits for the target. */
 static drive_setpoint track(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                             float dt_s) {
   const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
@@ -548,7 +548,9 @@ static drive_setpoint track(drive_motion *motion, const drive_objects *objects, 
   const servo_target *target = feedback->target;
   const bool known = target != NULL && target->known && isfinite(target->reference.rate_rad_s);
   if (!known || is_held_at_end(motion, feedback)) {
-    const drive_setpoint stopping = stop(motion, feedback, &braking, dt_s);
+    drive_setpoint stopping = stop(motion, feedback, &braking, dt_s);
+    stopping.limited = stopping.limited || known;
+    stopping.followed = known;
     motion->tracked_rad_s2 = motion->ramp.acceleration_rad_s2;
     return stopping;
   }

@@ -114,9 +114,9 @@ static pointing_frame take_frame(target_tracking *self) {
   return frame;
 }
 
-/* How far each joint is from the target; a frame for nobody counts for none. */
-static joint_frame joints_of(const servo_board *board, const pointing_frame *frame, int tracking_axes) {
-  if (!frame->fresh || tracking_axes == 0) {
+/* How far each joint is from the target. */
+static joint_frame joints_of(const servo_board *board, const pointing_frame *frame) {
+  if (!frame->fresh) {
     return (joint_frame){0};
   }
   const rotation pitch = rotation_of(board->samples.axis[SERVO_PITCH].sensors.joint_angle_turn32);
@@ -149,7 +149,7 @@ static bool predicts(const servo_params *servo) {
 
 /* The drives follow the target of the line of sight, the pitch with the dither on it. */
 static void show_target(target_tracking *self) {
-  const joint_vector errors = self->target.error_of_joints_rad;
+  const joint_vector errors = self->target.seen_rad;
   for (int i = 0; i < SERVO_AXES; ++i) {
     self->joint[i] = (servo_target){.known = self->target.locked,
                                     .error_rad = i == SERVO_PITCH ? errors.pitch : errors.azimuth,
@@ -161,11 +161,52 @@ static void show_target(target_tracking *self) {
   self->joint[SERVO_PITCH].reference.rate_rad_s += self->dither_rad_s;
 }
 
+/* Both axes begin to track together: what each joint has known of the target, until frames say more. */
+static void join(target_tracking *self, const servo_board *board) {
+  const target_tracker_state *azimuth = &self->joints.axis[SERVO_AZIMUTH];
+  const target_tracker_state *pitch = &self->joints.axis[SERVO_PITCH];
+  if (!azimuth->locked || !pitch->locked) {
+    return;
+  }
+  const float cosine = rotation_cosine(board->samples.axis[SERVO_PITCH].sensors.joint_angle_turn32);
+  const pointing_target target = {
+      .error = {.x = cosine * azimuth->error_rad, .y = pitch->error_rad},
+      .rate_rad_s = {.x = cosine * azimuth->target_rate_rad_s, .y = pitch->target_rate_rad_s},
+      .acceleration_rad_s2 = {.x = cosine * azimuth->target_acceleration_rad_s2,
+                              .y = pitch->target_acceleration_rad_s2}};
+  pointing_tracker_assume(&self->line_of_sight.tracker, &target);
+  for (int i = 0; i < 2; ++i) {
+    self->line_of_sight.tracker.along[i].ticks_since_frame = azimuth->ticks_since_frame;
+  }
+}
+
+/* One of them leaves: the other one goes on with what the line of sight has known. */
+static void part(target_tracking *self) {
+  const target_tracker_state *along = &self->line_of_sight.tracker.along[0];
+  if (!along->locked || self->turn.running) {
+    return;
+  }
+  const float k = self->line_of_sight.params.tracker.proportional_per_s;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const joint_vector errors = self->target.error_of_joints_rad;
+    const float error_rad = i == SERVO_PITCH ? errors.pitch : errors.azimuth;
+    const speed_reference *reference = &self->target.reference[i];
+    target_tracker_assume(&self->joints.axis[i], error_rad, reference->rate_rad_s - k * error_rad,
+                          reference->acceleration_rad_s2);
+    self->joints.axis[i].ticks_since_frame = along->ticks_since_frame;
+  }
+}
+
 void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes) {
   const pointing_frame frame = take_frame(self);
   const bool before = self->together;
   self->together = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
   self->prepared = self->prepared && (self->together || !before);
+  if (self->together && !before) {
+    join(self, board);
+  } else if (before && !self->together) {
+    part(self);
+  }
   if (self->together) {
     self->motion = pointing_motion_of(&board->app, &board->samples);
     self->target = pointing_step(&self->line_of_sight, &frame, &self->motion, SERVO_TICK_S);
@@ -175,7 +216,7 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
     show_target(self);
     joint_tracking_remember(&self->joints, &board->app);
   } else {
-    const joint_frame joints = joints_of(board, &frame, tracking_axes);
+    const joint_frame joints = joints_of(board, &frame);
     joint_tracking_step(&self->joints, &board->app, &joints, self->joint);
   }
 }

@@ -23,7 +23,7 @@ void joint_tracking_step(joint_tracking *self, const servo_app *app, const joint
     const speed_reference reference = target_tracker_step(tracker, &app->params.axis[i].tracker, &seen,
                                                           app->axis[i].signals.rates.rate_rad_s, SERVO_TICK_S);
     targets[i] = (servo_target){.known = tracker->locked,
-                                .error_rad = tracker->error_rad,
+                                .error_rad = tracker->error_rad + tracker->untaken_rad,
                                 .reference = reference,
                                 .torque_nm = 0.0f,
                                 .proportional_per_s = app->params.axis[i].tracker.proportional_per_s,

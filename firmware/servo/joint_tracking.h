@@ -28,8 +28,8 @@ void joint_tracking_reset(joint_tracking *self);
 /* Forgets the target. */
 void joint_tracking_lose(joint_tracking *self);
 
-/* Computes one tick, by the loops of the app's parameters and the rates of its last tick. In every mode, so that the
- * motion of the line of sight is known when an axis begins to track. */
+/* Computes one tick, by the loops of the app's parameters and the rates of its last tick. In every mode, so that motion
+ * and target are known when an axis begins to track. */
 void joint_tracking_step(joint_tracking *self, const servo_app *app, const joint_frame *frame,
                          servo_target targets[SERVO_AXES]);
 

@@ -70,6 +70,7 @@ pointing_output pointing_step(pointing *self, const pointing_frame *frame, const
       .limited = wanted.limited,
       .error_rad = wanted.error_rad,
       .error_of_joints_rad = wanted.error_of_joints_rad,
+      .seen_rad = wanted.seen_rad,
       .reference = {[SERVO_AZIMUTH] = {.rate_rad_s = wanted.rate_rad_s.azimuth,
                                        .acceleration_rad_s2 = acceleration.azimuth},
                     [SERVO_PITCH] = {.rate_rad_s = wanted.rate_rad_s.pitch, .acceleration_rad_s2 = acceleration.pitch}},

@@ -49,6 +49,7 @@ typedef struct {
   bool limited;                     /* by the rate limit of an axis */
   image_vector error_rad;           /* estimated, now: cross-elevation and elevation */
   joint_vector error_of_joints_rad; /* how far each joint must turn */
+  joint_vector seen_rad;            /* the same by the last frame, without its filter */
   speed_reference reference[SERVO_AXES];
   float torque_nm[SERVO_AXES];
 } pointing_output;

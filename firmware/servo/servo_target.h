@@ -9,7 +9,7 @@
 
 typedef struct {
   bool known;                /* it was seen no longer than 2011:5 ago */
-  float error_rad;           /* target minus line of sight, of this joint, now */
+  float error_rad;           /* target minus line of sight, of this joint, now; as the last frame saw it */
   speed_reference reference; /* rate and acceleration that follow it; 0 while it is not known */
   float torque_nm;           /* beside what the speed loop gives for them */
   float proportional_per_s;  /* the part of the rate that the error makes, per rad of it */

@@ -1023,6 +1023,22 @@ static void test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_th
   }
 }
 
+/* An axis at its end waits for a target beyond it: bit 11 and bit 12 stay, and it comes back with the target. */
+static void test_an_axis_at_the_end_of_its_travel_waits_for_its_target(void) {
+  servo_target target = {.known = true, .reference = {.rate_rad_s = 0.1f}};
+  bench b = bench_tracking(&target, 0.999);
+  for (int i = 0; i < 2000; ++i) {
+    tick(&b);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
+  }
+  CHECK_NEAR("at the end, rad", 1.0, b.angle_rad, 1e-3);
+  target.reference.rate_rad_s = -0.1f;
+  ticks(&b, 500);
+  TEST_ASSERT_TRUE(b.angle_rad < 0.98);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+}
+
 /* Bit 11 while a limit keeps the axis from the target's rate. */
 static void test_a_target_that_is_too_fast_is_reported_as_limited(void) {
   servo_target target = {.known = true};
@@ -1309,6 +1325,7 @@ int main(void) {
   RUN_TEST(test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them);
   RUN_TEST(test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends);
   RUN_TEST(test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel);
+  RUN_TEST(test_an_axis_at_the_end_of_its_travel_waits_for_its_target);
   RUN_TEST(test_a_target_that_is_too_fast_is_reported_as_limited);
   RUN_TEST(test_a_target_is_followed_as_given_and_within_the_limits);
   RUN_TEST(test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1);

@@ -53,6 +53,17 @@ static void test_an_age_is_made_up_for_by_the_motion_since_the_exposure(void) {
   CHECK_NEAR("rad", 1e-3, targets[SERVO_PITCH].error_rad, 1e-7);
 }
 
+/* The predictive loop takes a part of a frame that differs from what it expects; the error says all of it. */
+static void test_the_error_is_that_of_the_last_frame(void) {
+  for (int tick = 0; tick < 200; ++tick) {
+    step((joint_frame){.fresh = tick % 20 == 0, .valid = true, .error_rad = {.pitch = 1e-3f}});
+  }
+  CHECK_NEAR("rad", 1e-3, targets[SERVO_PITCH].error_rad, 1e-6);
+  step((joint_frame){.fresh = true, .valid = true, .error_rad = {.pitch = 2e-3f}});
+  CHECK_NEAR("rad", 2e-3, targets[SERVO_PITCH].error_rad, 1e-6);
+  TEST_ASSERT_TRUE(joints.axis[SERVO_PITCH].error_rad < 1.5e-3f);
+}
+
 /* While both axes track together, their motion is remembered, so that one may go on alone at once. */
 static void test_motion_is_remembered_and_the_target_is_not(void) {
   step((joint_frame){.fresh = true, .valid = true, .error_rad = {.pitch = 1e-3f}});
@@ -88,6 +99,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_each_joint_has_its_error_its_loop_and_its_gain);
   RUN_TEST(test_an_age_is_made_up_for_by_the_motion_since_the_exposure);
+  RUN_TEST(test_the_error_is_that_of_the_last_frame);
   RUN_TEST(test_motion_is_remembered_and_the_target_is_not);
   RUN_TEST(test_a_target_is_coasted_and_can_be_lost_on_purpose);
   return UNITY_END();
