@@ -4,7 +4,7 @@ import struct
 
 import pytest
 from axis import ENABLE, HALT, PV, TARGET_REACHED, Axis, state_of
-from device import NODE_ID
+from device import NODE_ID, REAL_TIME
 
 AXES = pytest.mark.parametrize("shift", [0, 0x800], ids=["azimuth", "pitch"])
 
@@ -54,6 +54,22 @@ def test_6040_transition(axis, commands, controlword, expected):
         axis.wait_for_state(names[word])
     axis.command(controlword)
     axis.wait_for_state(expected)
+
+
+@pytest.mark.smoke
+@pytest.mark.speed(0.5 * REAL_TIME)
+def test_a_controlword_by_sdo_does_not_overtake_one_by_pdo(master, azimuth):
+    """07 by RPDO1 and at once 06 by SDO: switched on, then ready; in the other order the axis would end switched on."""
+    azimuth.set(0, 0x605C)  # disable operation at once
+    azimuth.set(PV, 0x6060)
+    for _ in range(10):
+        for word, state in ((0x06, "READY TO SWITCH ON"), (0x07, "SWITCHED ON"), (0x0F, "OPERATION ENABLED")):
+            azimuth.command(word)
+            azimuth.wait_for_state(state)
+        master.send(0x200 + NODE_ID, 0x07, 0x00, PV)
+        azimuth.command(0x06)
+        master.pass_time(20)
+        assert azimuth.state == "READY TO SWITCH ON"
 
 
 ENDS = {0: "SWITCH ON DISABLED", 1: "SWITCH ON DISABLED", 2: "SWITCH ON DISABLED", 5: "QUICK STOP ACTIVE", 6: "QUICK STOP ACTIVE"}
