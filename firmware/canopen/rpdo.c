@@ -64,6 +64,9 @@ rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame) {
   if (!self->synchronous) {
     return apply(self, frame->data);
   }
+  if (self->waiting) { /* the newer frame replaces the one before, but not a stop in it */
+    (void)pdo_obey_stops(&self->map, self->bytes, self->map.length);
+  }
   memcpy(self->bytes, frame->data, CAN_FRAME_BYTES);
   self->waiting = true;
   return RPDO_WAITS;

@@ -200,6 +200,11 @@ static void step_tracking(drive_axis *axis, drive_objects *objects, const drive_
   axis->tracking = is_tracking(axis, action) ? tracking_after(axis->tracking, inputs, on_target) : DRIVE_NOT_TRACKING;
 }
 
+/* A target that 607D has cut while the axis stood may be elsewhere. */
+static bool is_at_target(const drive_motion *motion, const drive_setpoint *setpoint) {
+  return !motion->setpoints.under_way && motion->setpoints.target.angle == setpoint->position;
+}
+
 static bool target_reached(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,
                            drive_action action, float dt_s) {
   const drive_position_objects *position = &objects->position;
@@ -208,7 +213,7 @@ static bool target_reached(drive_axis *axis, const drive_objects *objects, const
   const bool runs = action == DRIVE_RUN;
   const bool position_reached =
       dwell_timer_step(&axis->position_reached,
-                       runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way &&
+                       runs && mode == DRIVE_PROFILE_POSITION && is_at_target(&axis->motion, setpoint) &&
                            is_within(position->window, drive_position_from_angle(setpoint->position - axis->position)),
                        position->window_ms, dt_s);
   const bool near_velocity = distance_between(velocity->target, velocity->actual) <= velocity->window;

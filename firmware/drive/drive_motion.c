@@ -171,7 +171,7 @@ static float clamped_rate(float wanted_rad_s, const profile_limits *limits, bool
 
 /* The limits of pp. */
 static profile_limits position_limits(const drive_bounds *bounds, const drive_limit_objects *limit) {
-  const float rate_rad_s = scalar_min(drive_limit_from_counts(limit->profile_velocity), bounds->rate_rad_s);
+  const float rate_rad_s = scalar_min(drive_limit_from_counts(limit->profile_velocity), bounds->position_rad_s);
   return drive_profile_limits(limit, rate_rad_s, limit->deceleration);
 }
 
@@ -391,7 +391,7 @@ static drive_angle nearest_angle(const drive_motion *motion, int32_t position) {
 static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects *objects,
                                       const drive_feedback *feedback, float dt_s) {
   const drive_limit_objects *limit = &objects->limit;
-  const profile_limits limits = velocity_limits(&motion->bounds, limit);
+  const profile_limits limits = drive_profile_limits(limit, motion->bounds.position_rad_s, limit->deceleration);
   const int period_ticks = period_of(motion, limit, dt_s);
   if (setpoints_missing(motion, feedback, period_ticks)) {
     return ordered_stop(motion, feedback, &limits, dt_s);

@@ -80,6 +80,8 @@ void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, con
   }
   take_travel(bounds, machine->position_unknown ? (drive_travel){0, 0} : travel_in_force(&bounds->soft, machine));
   bounds->rate_rad_s = rate_in_force_rad_s(limit->maximum_velocity, machine);
+  bounds->position_rad_s =
+      machine->position_rad_s > 0.0f ? scalar_min(bounds->rate_rad_s, machine->position_rad_s) : bounds->rate_rad_s;
   bounds->braking_rad_s2 = sure_braking_rad_s2(&objects->torque, machine);
   bounds->stop_rad_s2 = machine->stop_deceleration_rad_s2;
   bounds->position_unknown = machine->position_unknown;

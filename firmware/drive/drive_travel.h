@@ -26,6 +26,7 @@ typedef struct {
   drive_travel hard;              /* 2060:9 and :10 */
   int32_t margin;                 /* 2060:17, 0 or more; twice this is less than the hard travel */
   float overspeed_rad_s;          /* 2060:1; above it is a fault */
+  float position_rad_s;           /* 2010:2, the fastest that the position loop commands */
   float torque_nm;                /* of the motor at its current limit */
   float deceleration_rad_s2;      /* 2060:19, which this torque surely gives */
   float stop_deceleration_rad_s2; /* no ordered stop is more gentle */
@@ -39,7 +40,8 @@ typedef struct {
   drive_travel travel; /* in force */
   drive_angle lowest;  /* its ends, converted once */
   drive_angle highest;
-  float rate_rad_s; /* 607F, or 80 % of 2060:1 if that is less: no set-point causes fault 7180 */
+  float rate_rad_s;     /* 607F, or 80 % of 2060:1 if that is less: no set-point causes fault 7180 */
+  float position_rad_s; /* of pp and csp: no faster than the position loop, or the axis would fall behind */
   float braking_rad_s2;
   float stop_rad_s2;     /* least deceleration of an ordered stop */
   bool position_unknown; /* no position has a meaning */

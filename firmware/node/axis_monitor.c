@@ -363,6 +363,7 @@ drive_machine axis_monitor_machine(const axis_monitor *monitor, const servo_axis
   return (drive_machine){.hard = hard_travel(limits),
                          .margin = position_of(limits->stopping_margin_rad),
                          .overspeed_rad_s = limits->overspeed_rad_s,
+                         .position_rad_s = params->position.rate_limit_rad_s,
                          .torque_nm = params->current_limit_a * params->torque_constant_nm_a,
                          .deceleration_rad_s2 = limits->deceleration_rad_s2,
                          .stop_deceleration_rad_s2 = stop_deceleration_rad_s2(limits),

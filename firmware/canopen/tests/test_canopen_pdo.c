@@ -330,6 +330,26 @@ static void test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else(
   }
 }
 
+/* Of two frames before a SYNC the later one counts, but a stop in the earlier one is obeyed at once. */
+static void test_a_stop_that_waits_for_sync_is_not_replaced_by_a_later_frame(void) {
+  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
+  write_ok(0x1400, 2, 1, 1);
+  write_ok(0x1400, 1, RPDO1, 4);
+  bench_operational();
+  give_rpdo1(0x0F, 9);
+  give_rpdo1(0x0F, 8);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX16(0, DEVICE->axis[0].controlword); /* no stop: nothing before the SYNC */
+  give_rpdo1(0x0B, 9);
+  give_rpdo1(0x0F, 7);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX16(0x0B, DEVICE->axis[0].controlword);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX16(0x0F, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(7, DEVICE->axis[0].mode);
+}
+
 static void test_a_command_that_waits_for_sync_does_not_undo_a_stop_in_a_frame_that_is_too_short(void) {
   write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
   write_ok(0x1400, 2, 1, 1);
@@ -790,6 +810,7 @@ int main(void) {
   RUN_TEST(test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once);
   RUN_TEST(test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed);
   RUN_TEST(test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else);
+  RUN_TEST(test_a_stop_that_waits_for_sync_is_not_replaced_by_a_later_frame);
   RUN_TEST(test_a_command_that_waits_for_sync_does_not_undo_a_stop_in_a_frame_that_is_too_short);
   RUN_TEST(test_a_refused_value_is_over_when_the_rpdo_starts_again);
   RUN_TEST(test_a_refused_value_after_sync_is_reported_too);

@@ -504,6 +504,40 @@ static void test_pp_ends_at_the_software_position_limit(void) {
 
 /* The motor surely brakes with 0.5 rad/s^2, 6084 is 2 rad/s^2. A move from 0.5 rad/s that ends within 0.25 rad before
  * the limit must not rely on 6084. */
+/* 607D:2 moves below an axis that stands: it stays, beyond its target as limited, and says that it has not reached it.
+ */
+static void test_a_limit_that_moves_past_a_standing_axis_is_no_target_reached(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.o.limit.position_minimum = -20000000;
+  b.o.limit.position_maximum = 20000000;
+  new_setpoint(&b, 10000000, 0);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  b.o.limit.position_maximum = 5000000;
+  ticks(&b, 500);
+  CHECK_NEAR("it stays, rad", 1.0, b.angle_rad, 1e-5);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+}
+
+/* 2010:2 is 0.4 rad/s, 607F and 6081 are faster: the demand of pp and csp is no faster than the loop can follow. */
+static void test_no_position_demand_is_faster_than_the_position_loop(void) {
+  static const int8_t modes[] = {DRIVE_PROFILE_POSITION, DRIVE_CYCLIC_POSITION};
+  for (unsigned i = 0; i < 2; ++i) {
+    bench b = bench_in(modes[i]);
+    b.machine.position_rad_s = 0.4f;
+    ticks(&b, 2);
+    b.o.position.target = 15000000;
+    b.o.state.controlword = 0x1F;
+    double fastest_rad_s = 0.0;
+    for (int ms = 0; ms < 2000; ++ms) {
+      b.in.setpoint_arrived = ms % 10 == 0;
+      tick(&b);
+      fastest_rad_s = fmax(fastest_rad_s, fabs((double)b.command.speed.rate_rad_s));
+    }
+    CHECK_NEAR("fastest, rad/s", 0.4, fastest_rad_s, 1e-3);
+  }
+}
+
 static void test_a_relative_move_from_the_limit_leads_back_at_once(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
   b.o.limit.position_minimum = -1000000;
@@ -1297,6 +1331,8 @@ int main(void) {
   RUN_TEST(test_a_thousand_turns_wrap_by_whole_turns_in_both_directions);
   RUN_TEST(test_moves_are_as_ordered_after_many_turns);
   RUN_TEST(test_a_travel_that_becomes_limited_refers_to_the_position_shown);
+  RUN_TEST(test_a_limit_that_moves_past_a_standing_axis_is_no_target_reached);
+  RUN_TEST(test_no_position_demand_is_faster_than_the_position_loop);
   RUN_TEST(test_a_relative_move_from_the_limit_leads_back_at_once);
   RUN_TEST(test_the_slowest_move_of_pp_has_its_rate_exactly);
   RUN_TEST(test_a_relative_move_after_cst_counts_from_where_the_axis_is);
