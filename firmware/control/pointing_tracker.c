@@ -136,14 +136,14 @@ pointing_command pointing_tracker_step(pointing_tracker_state *state, const poin
       turned(turn.image, turned(reverse(phi), (image_vector){.x = x->untaken_rad, .y = y->untaken_rad}));
   const float cosine = scalar_max(turn.pitch.cosine, POINTING_ZENITH_COSINE);
   const bool limited = given.azimuth != wanted.azimuth || given.pitch != wanted.pitch;
-  return (pointing_command){.locked = true,
-                            .limited = limited,
-                            .error_rad = target.error,
-                            .error_of_joints_rad = turn.error_rad,
-                            .seen_rad = {.azimuth = turn.error_rad.azimuth + untaken.x / cosine,
-                                         .pitch = turn.error_rad.pitch + untaken.y},
-                            .rate_rad_s = given,
-                            .acceleration_rad_s2 = limited ? none : motion.acceleration_rad_s2};
+  return (pointing_command){
+      .locked = true,
+      .limited = limited,
+      .error_rad = target.error,
+      .error_of_joints_rad = turn.error_rad,
+      .seen_rad = {.azimuth = turn.error_rad.azimuth + untaken.x / cosine, .pitch = turn.error_rad.pitch + untaken.y},
+      .rate_rad_s = given,
+      .acceleration_rad_s2 = limited ? none : motion.acceleration_rad_s2};
 }
 
 /* Proportional to the error it is the rate of approach.h. */

@@ -687,21 +687,24 @@ static float azimuth_swing_kg_m2(const servo_node *node) {
   return azimuth->plant.inertia_kg_m2 - azimuth->plant.min_inertia_kg_m2;
 }
 
-/* An axis that leaves the mode in this tick does not count: the tick of its new mode is long enough. */
-static int tracking_axes(const servo_node *node) {
-  int count = 0;
+/* A drive that leaves the mode in this tick does not count. Returns whether a drive takes a new mode. */
+static bool count_tracking(const servo_node *node, int *count) {
+  bool any_changes = false;
   for (int i = 0; i < SERVO_AXES; ++i) {
     const drive_axis *drive = &node->axis[i].drive;
     const int8_t wanted = node->axis[i].objects.state.mode;
-    const bool leaves = wanted != DRIVE_TRACKING && drive_mode_supported(wanted);
-    count += drive->motion.mode == DRIVE_TRACKING && drive->state.action == DRIVE_RUN && !leaves ? 1 : 0;
+    const bool changes = wanted != drive->motion.mode && drive_mode_supported(wanted);
+    any_changes = any_changes || changes;
+    *count += drive->motion.mode == DRIVE_TRACKING && drive->state.action == DRIVE_RUN && !changes ? 1 : 0;
   }
-  return count;
+  return any_changes;
 }
 
 void servo_node_tick_taken(servo_node *node) {
   servo_board_sample(&node->board);
-  tracking_take(&node->tracking, &node->board, tracking_axes(node));
+  int tracking_axes = 0;
+  const bool changes = count_tracking(node, &tracking_axes);
+  tracking_take(&node->tracking, &node->board, tracking_axes, changes);
   for (int i = 0; i < SERVO_AXES; ++i) {
     step_axis(node, i);
   }

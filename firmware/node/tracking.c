@@ -115,8 +115,8 @@ static pointing_frame take_frame(target_tracking *self) {
 }
 
 /* How far each joint is from the target. */
-static joint_frame joints_of(const servo_board *board, const pointing_frame *frame) {
-  if (!frame->fresh) {
+static joint_frame joints_of(const servo_board *board, const pointing_frame *frame, bool changes) {
+  if (!frame->fresh || changes) {
     return (joint_frame){0};
   }
   const rotation pitch = rotation_of(board->samples.axis[SERVO_PITCH].sensors.joint_angle_turn32);
@@ -161,14 +161,16 @@ static void show_target(target_tracking *self) {
   self->joint[SERVO_PITCH].reference.rate_rad_s += self->dither_rad_s;
 }
 
-/* Both axes begin to track together: what each joint has known of the target, until frames say more. */
-static void join(target_tracking *self, const servo_board *board) {
+/* Both axes begin to track together: what each joint has known of the target, until frames say more. In the deferred
+ * task after their first tick, which is long enough. */
+static void join(target_tracking *self, angle_turn32 pitch_angle) {
+  self->joined = true;
   const target_tracker_state *azimuth = &self->joints.axis[SERVO_AZIMUTH];
   const target_tracker_state *pitch = &self->joints.axis[SERVO_PITCH];
   if (!azimuth->locked || !pitch->locked) {
     return;
   }
-  const float cosine = rotation_cosine(board->samples.axis[SERVO_PITCH].sensors.joint_angle_turn32);
+  const float cosine = rotation_cosine(pitch_angle);
   const pointing_target target = {
       .error = {.x = cosine * azimuth->error_rad, .y = pitch->error_rad},
       .rate_rad_s = {.x = cosine * azimuth->target_rate_rad_s, .y = pitch->target_rate_rad_s},
@@ -180,7 +182,7 @@ static void join(target_tracking *self, const servo_board *board) {
   }
 }
 
-/* One of them leaves: the other one goes on with what the line of sight has known. */
+/* One of them leaves: the other one goes on with what the line of sight has known. In the deferred task, too. */
 static void part(target_tracking *self) {
   const target_tracker_state *along = &self->line_of_sight.tracker.along[0];
   if (!along->locked || self->turn.running) {
@@ -197,16 +199,15 @@ static void part(target_tracking *self) {
   }
 }
 
-void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes) {
+void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes, bool changes) {
   const pointing_frame frame = take_frame(self);
   const bool before = self->together;
-  self->together = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
-  self->prepared = self->prepared && (self->together || !before);
-  if (self->together && !before) {
-    join(self, board);
-  } else if (before && !self->together) {
-    part(self);
-  }
+  const bool may = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
+  self->together = may && self->joined;
+  self->begins = may && !self->joined;
+  self->joined = self->together;
+  self->prepared = self->prepared && (may || !before);
+  self->parts = before && !self->together;
   if (self->together) {
     self->motion = pointing_motion_of(&board->app, &board->samples);
     self->target = pointing_step(&self->line_of_sight, &frame, &self->motion, SERVO_TICK_S);
@@ -215,8 +216,10 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
     }
     show_target(self);
     joint_tracking_remember(&self->joints, &board->app);
+  } else if (self->parts) { /* the tick of a new mode is long enough: the axis that stays goes on as it did */
+    joint_tracking_remember(&self->joints, &board->app);
   } else {
-    const joint_frame joints = joints_of(board, &frame);
+    const joint_frame joints = joints_of(board, &frame, changes);
     joint_tracking_step(&self->joints, &board->app, &joints, self->joint);
   }
 }
@@ -324,11 +327,17 @@ static joint_vector rate_limit_of(const target_tracking *self) {
 static void look_ahead(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
   camera_objects *objects = &self->objects;
   if (!self->together) {
+    if (self->parts) {
+      part(self);
+    }
     self->locked_ticks = 0;
     return_prediction_reset(&self->back);
     turn_back_reset(&self->turn);
     objects->back_in_ms = 0;
     objects->wrap_state = CAMERA_WITHIN_TRAVEL;
+    if (self->begins) {
+      join(self, (angle_turn32)pitch->position);
+    }
     return;
   }
   const target_return_limits limits = limits_of(self, azimuth, pitch);

