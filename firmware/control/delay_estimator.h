@@ -18,7 +18,8 @@
  * unbiased in a closed loop only if what the predictor leaves of the place is white. So a second unknown is estimated
  * for each component, the error of alpha: its regressor is the derivative of the residual with respect to alpha.
  *
- * The noise is known from the residuals, so the result has its own 95 % interval. Old frames are forgotten with
+ * The noise is known from the residuals, so the result has its own 95 % interval. Residuals that resemble those of the
+ * frame before are no noise: the target weaves, and a component says nothing then. Old frames are forgotten with
  * DELAY_MEMORY_S. A residual of more than DELAY_OUTLIER_SIGMA is another target, or a manoeuvre: the predictors begin
  * anew and the sums stay. */
 #ifndef TRACKSERVO_CONTROL_DELAY_ESTIMATOR_H
@@ -56,7 +57,8 @@ typedef struct {
   float second;
 } delay_slow;
 
-/* Weighted sums of products of residual e, filtered rate r and derivative a of the residual. */
+/* Weighted sums of products of residual e, filtered rate r and derivative a of the residual; of the last three one
+ * factor is that of the frame before. */
 typedef struct {
   float ee;
   float er;
@@ -64,6 +66,9 @@ typedef struct {
   float rr;
   float ra;
   float aa;
+  float ee_before;
+  float er_before; /* either of them */
+  float rr_before;
 } delay_sums;
 
 typedef struct {
@@ -71,6 +76,8 @@ typedef struct {
   delay_predictor rate;
   delay_predictor alpha;
   delay_slow slow[3]; /* of the three residuals */
+  float e_before;
+  float r_before;
   delay_sums sums;
 } delay_component;
 

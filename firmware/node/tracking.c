@@ -11,6 +11,8 @@ enum {
   PICTURE_IS_WRONG = 6 /* of 3072:5, beside drive_tracking */
 };
 
+#define TRUSTED_RAD 2e-4f
+
 enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500, STALE_DROPS = 8, STALE_TICKS = 1000 };
 
 void tracking_start(target_tracking *self, hal *machine) {
@@ -161,13 +163,19 @@ static void show_target(target_tracking *self) {
   self->joint[SERVO_PITCH].reference.rate_rad_s += self->dither_rad_s;
 }
 
+/* Frames of a fast slew whose ages are not exact leave an estimate that the last frame contradicts: then the first
+ * frame of the mode counts alone. */
+static bool is_trusted(const target_tracker_state *joint) {
+  return joint->locked && scalar_abs(joint->untaken_rad) < TRUSTED_RAD;
+}
+
 /* Both axes begin to track together: what each joint has known of the target, until frames say more. In the deferred
  * task after their first tick, which is long enough. */
 static void join(target_tracking *self, angle_turn32 pitch_angle) {
   self->joined = true;
   const target_tracker_state *azimuth = &self->joints.axis[SERVO_AZIMUTH];
   const target_tracker_state *pitch = &self->joints.axis[SERVO_PITCH];
-  if (!azimuth->locked || !pitch->locked) {
+  if (!is_trusted(azimuth) || !is_trusted(pitch)) {
     return;
   }
   const float cosine = rotation_cosine(pitch_angle);

@@ -257,6 +257,47 @@ void test_a_manoeuvre_is_not_taken_for_a_delay() {
   TEST_ASSERT_TRUE_MESSAGE(uncorrected >= 0.95 * known, text.c_str());
 }
 
+// A target 1 km away that weaves faster than the loop follows: its own motion is all that the frames show of the axis'
+// motion. The stated age is right; the interval says so, or that the age is not known, and nothing is corrected.
+void test_a_fast_weave_is_not_taken_for_a_delay() {
+  struct Weave {
+    double urad, hz;
+  };
+  const Weave weaves[] = {{200, 2.0}, {200, 2.5}, {500, 1.5}, {2000, 1.0},
+                          {100, 3.0}, {100, 4.0}, {50, 6.0},  {1000, 0.5}};
+  const int count = by_size(4, 8, 8);
+  for (int n = 0; n < count; ++n) {
+    const Weave& weave = weaves[n];
+    sim::ScenarioConfig scenario = tracking_scenario();
+    sim::FlyByConfig& course = scenario.fly_by;
+    course = {};
+    course.start_position_m = {950.0, 0.0, 312.0};
+    course.velocity_m_s = {-1.0, 0.0, 0.0};
+    course.weave_lateral_m = 1e-3 * weave.urad;
+    course.weave_lateral_period_s = 1.0 / weave.hz;
+    course.weave_vertical_m = 1e-3 * weave.urad;
+    course.weave_vertical_period_s = 1.0 / weave.hz;
+    scenario.duration_s = 35.0;
+    TrackingNode tracking(bench::tracker_setup(), scenario, 1, designed_tracker(TRACKER_PREDICTIVE));
+    tracking.node().write(sim::kAzimuth, 0x3073, 1, kCorrected);
+    const camera_objects& objects = tracking.node().node().tracking.objects;
+    int most_ms = 0;
+    for (const double start_s = tracking.time_s(); tracking.time_s() < start_s + 30.0;) {
+      tracking.tick();
+      most_ms = std::max(most_ms, std::abs(objects.correction_ms));
+    }
+    const bool known = objects.delay_half_width != CAMERA_DELAY_UNKNOWN;
+    const std::string text = fmt::format(
+        "weaving by {:.0f} urad at {:.1f} Hz: {}, up to {} ms corrected", weave.urad, weave.hz,
+        known ? fmt::format("{:.1f} +- {:.1f} ms", kTime_ms * objects.delay_error, kTime_ms * objects.delay_half_width)
+              : "not known",
+        most_ms);
+    TEST_MESSAGE(text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(!known || std::abs(objects.delay_error) <= objects.delay_half_width, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(most_ms <= 2, text.c_str());
+  }
+}
+
 // It ends by itself, and is 0 again.
 void test_dither_ends_by_itself_and_appears_in_the_measured_error() {
   sim::ScenarioConfig with = tracking_scenario();
@@ -287,6 +328,7 @@ void test_dither_ends_by_itself_and_appears_in_the_measured_error() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_manoeuvre_is_not_taken_for_a_delay);
+  RUN_TEST(test_a_fast_weave_is_not_taken_for_a_delay);
   RUN_TEST(test_after_20_s_of_tracking);
   RUN_TEST(test_the_first_dither_is_small_and_ends);
   RUN_TEST(test_after_three_minutes_of_tracking);
