@@ -163,30 +163,41 @@ static void show_target(target_tracking *self) {
   self->joint[SERVO_PITCH].reference.rate_rad_s += self->dither_rad_s;
 }
 
-/* Frames of a fast slew whose ages are not exact leave an estimate that the last frame contradicts: then the first
- * frame of the mode counts alone. */
-static bool is_trusted(const target_tracker_state *joint) {
-  return joint->locked && scalar_abs(joint->untaken_rad) < TRUSTED_RAD;
+typedef struct {
+  float error_rad;
+  float rate_rad_s;
+  float acceleration_rad_s2;
+} known_target;
+
+/* What is known of a joint's target. Frames of a fast slew whose ages are not exact leave an estimate that the last
+ * frame contradicts: then that frame counts alone, as the first one of a target does. */
+static known_target known_of(const target_tracker_state *joint, const drive_axis *drive) {
+  known_target known = {joint->error_rad, joint->target_rate_rad_s, joint->target_acceleration_rad_s2};
+  if (scalar_abs(joint->untaken_rad) > TRUSTED_RAD) {
+    known.error_rad += joint->untaken_rad;
+    known.rate_rad_s = drive->motion.ramp.rate_rad_s;
+    known.acceleration_rad_s2 = 0.0f;
+  }
+  return known;
 }
 
 /* Both axes begin to track together: what each joint has known of the target, until frames say more. In the deferred
  * task after their first tick, which is long enough. */
-static void join(target_tracking *self, angle_turn32 pitch_angle) {
+static void join(target_tracking *self, const drive_axis *azimuth_drive, const drive_axis *pitch_drive) {
   self->joined = true;
-  const target_tracker_state *azimuth = &self->joints.axis[SERVO_AZIMUTH];
-  const target_tracker_state *pitch = &self->joints.axis[SERVO_PITCH];
-  if (!is_trusted(azimuth) || !is_trusted(pitch)) {
+  if (!self->joints.axis[SERVO_AZIMUTH].locked || !self->joints.axis[SERVO_PITCH].locked) {
     return;
   }
-  const float cosine = rotation_cosine(pitch_angle);
+  const known_target azimuth = known_of(&self->joints.axis[SERVO_AZIMUTH], azimuth_drive);
+  const known_target pitch = known_of(&self->joints.axis[SERVO_PITCH], pitch_drive);
+  const float cosine = rotation_cosine((angle_turn32)pitch_drive->position);
   const pointing_target target = {
-      .error = {.x = cosine * azimuth->error_rad, .y = pitch->error_rad},
-      .rate_rad_s = {.x = cosine * azimuth->target_rate_rad_s, .y = pitch->target_rate_rad_s},
-      .acceleration_rad_s2 = {.x = cosine * azimuth->target_acceleration_rad_s2,
-                              .y = pitch->target_acceleration_rad_s2}};
+      .error = {.x = cosine * azimuth.error_rad, .y = pitch.error_rad},
+      .rate_rad_s = {.x = cosine * azimuth.rate_rad_s, .y = pitch.rate_rad_s},
+      .acceleration_rad_s2 = {.x = cosine * azimuth.acceleration_rad_s2, .y = pitch.acceleration_rad_s2}};
   pointing_tracker_assume(&self->line_of_sight.tracker, &target);
   for (int i = 0; i < 2; ++i) {
-    self->line_of_sight.tracker.along[i].ticks_since_frame = azimuth->ticks_since_frame;
+    self->line_of_sight.tracker.along[i].ticks_since_frame = self->joints.axis[SERVO_AZIMUTH].ticks_since_frame;
   }
 }
 
@@ -344,7 +355,7 @@ static void look_ahead(target_tracking *self, const drive_axis *azimuth, const d
     objects->back_in_ms = 0;
     objects->wrap_state = CAMERA_WITHIN_TRAVEL;
     if (self->begins) {
-      join(self, (angle_turn32)pitch->position);
+      join(self, azimuth, pitch);
     }
     return;
   }
