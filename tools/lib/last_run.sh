@@ -76,12 +76,13 @@ slowest_first() {
   printf '%s\n' "${recorded[@]}" | sort -k2,2nr
 }
 
-# The ten slowest tests that ctest has run since this run began.
+# The ten slowest tests that ctest has run since this run began. Without head: it ends before sort has written all, and with
+# pipefail the signal that then ends sort would end a run in which every step has passed.
 slowest_tests() {
   find build -path '*/Testing/Temporary/LastTest.log' -newermt "@$(($(date +%s) - SECONDS))" -exec awk '
     / Testing: / { name = $NF }
     /^Test time = / { printf "%8.1f s  %s (%s)\n", $4, name, FILENAME }' {} + 2>/dev/null |
-    sed -E 's#build/([^/]*)/Testing/.*#\1)#' | sort -rn | head -n 10
+    sed -E 's#build/([^/]*)/Testing/.*#\1)#' | sort -rn | sed -n 1,10p
 }
 
 # Seconds of a step in the last committed full run; nothing if it is not there.
