@@ -32,6 +32,8 @@ void tracking_forget(target_tracking *self) {
   self->stale = false;
 }
 
+static bool is_together(const target_tracking *self) { return self->phase == TRACKING_TOGETHER; }
+
 static void take_strobes(target_tracking *self) {
   hal_strobes strobes;
   hal_take_strobes(self->machine, &strobes);
@@ -181,10 +183,9 @@ static known_target known_of(const target_tracker_state *joint, const drive_axis
   return known;
 }
 
-/* Both axes begin to track together: what each joint has known of the target, until frames say more. In the deferred
- * task after their first tick, which is long enough. */
+/* What each joint has known of the target, until frames say more. */
 static void join(target_tracking *self, const drive_axis *azimuth_drive, const drive_axis *pitch_drive) {
-  self->joined = true;
+  self->phase = TRACKING_JOINED;
   if (!self->joints.axis[SERVO_AZIMUTH].locked || !self->joints.axis[SERVO_PITCH].locked) {
     return;
   }
@@ -201,7 +202,7 @@ static void join(target_tracking *self, const drive_axis *azimuth_drive, const d
   }
 }
 
-/* One of them leaves: the other one goes on with what the line of sight has known. In the deferred task, too. */
+/* The axis that stays goes on with what the line of sight has known. */
 static void part(target_tracking *self) {
   const target_tracker_state *along = &self->line_of_sight.tracker.along[0];
   if (!along->locked || self->turn.running) {
@@ -220,14 +221,15 @@ static void part(target_tracking *self) {
 
 void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes, bool changes) {
   const pointing_frame frame = take_frame(self);
-  const bool before = self->together;
+  const bool before = is_together(self);
   const bool may = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
-  self->together = may && self->joined;
-  self->begins = may && !self->joined;
-  self->joined = self->together;
+  if (may) {
+    self->phase = before || self->phase == TRACKING_JOINED ? TRACKING_TOGETHER : TRACKING_JOINS;
+  } else {
+    self->phase = before ? TRACKING_PARTS : TRACKING_APART;
+  }
   self->prepared = self->prepared && (may || !before);
-  self->parts = before && !self->together;
-  if (self->together) {
+  if (is_together(self)) {
     self->motion = pointing_motion_of(&board->app, &board->samples);
     self->target = pointing_step(&self->line_of_sight, &frame, &self->motion, SERVO_TICK_S);
     if (!self->target.locked) {
@@ -235,7 +237,7 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
     }
     show_target(self);
     joint_tracking_remember(&self->joints, &board->app);
-  } else if (self->parts) { /* the tick of a new mode is long enough: the axis that stays goes on as it did */
+  } else if (self->phase == TRACKING_PARTS) { /* the axis that stays goes on as it did */
     joint_tracking_remember(&self->joints, &board->app);
   } else {
     const joint_frame joints = joints_of(board, &frame, changes);
@@ -244,7 +246,7 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
 }
 
 void tracking_prepare(target_tracking *self, const servo_params *servo, float azimuth_swing_kg_m2, uint32_t changes) {
-  if (self->together || (self->prepared && self->prepared_changes == changes)) {
+  if (is_together(self) || (self->prepared && self->prepared_changes == changes)) {
     return;
   }
   self->prepared_changes = changes;
@@ -261,13 +263,13 @@ static int16_t time_of(float time_s) {
 
 /* By its frames; while the azimuth turns back, the target is only expected. */
 static bool is_seen(const target_tracking *self) {
-  return self->together && self->line_of_sight.tracker.along[0].locked;
+  return is_together(self) && self->line_of_sight.tracker.along[0].locked;
 }
 
 static void measure_delay(target_tracking *self, uint32_t tick) {
   camera_objects *objects = &self->objects;
   camera_delay_step(&self->delay, &objects->delay, &self->line_of_sight.tracker, is_seen(self), SERVO_TICK_S);
-  if (!self->together) {
+  if (!is_together(self)) {
     objects->dither_s = 0;
   } else if (objects->dither_s != 0 && tick % SERVO_TICKS_PER_S == 0) {
     objects->dither_s--;
@@ -345,8 +347,8 @@ static joint_vector rate_limit_of(const target_tracking *self) {
 
 static void look_ahead(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
   camera_objects *objects = &self->objects;
-  if (!self->together) {
-    if (self->parts) {
+  if (!is_together(self)) {
+    if (self->phase == TRACKING_PARTS) {
       part(self);
     }
     self->locked_ticks = 0;
@@ -354,7 +356,7 @@ static void look_ahead(target_tracking *self, const drive_axis *azimuth, const d
     turn_back_reset(&self->turn);
     objects->back_in_ms = 0;
     objects->wrap_state = CAMERA_WITHIN_TRAVEL;
-    if (self->begins) {
+    if (self->phase == TRACKING_JOINS) {
       join(self, azimuth, pitch);
     }
     return;
@@ -400,7 +402,7 @@ static void look_for_a_frozen_picture(target_tracking *self, const drive_axis *a
 /* What the line of sight has done: as one, or each joint for itself. */
 static image_vector moved_rad(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
                               int ticks) {
-  if (self->together) {
+  if (is_together(self)) {
     return pointing_tracker_los_motion(&self->line_of_sight.tracker, ticks, SERVO_TICK_S);
   }
   const target_tracker_state *joints = self->joints.axis;
@@ -417,7 +419,7 @@ static image_vector moved_rad(const target_tracking *self, const drive_axis *azi
 /* The error of the newest frame, likewise. */
 static image_vector seen_rad(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
                              int age_ticks) {
-  if (self->together) {
+  if (is_together(self)) {
     const pointing_frame frame = {.fresh = true, .age_ticks = age_ticks, .error = self->error};
     return pointing_tracker_frame_error(&self->line_of_sight.tracker, &frame);
   }
@@ -439,7 +441,7 @@ static void check_picture(target_tracking *self, const drive_axis *azimuth, cons
     picture_check_reset(&self->orientation);
     return;
   }
-  const bool follows = self->together && self->target.locked && !self->target.limited;
+  const bool follows = is_together(self) && self->target.locked && !self->target.limited;
   picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows);
   const camera_objects *objects = &self->objects;
   if (self->frames.taken != objects->taken && objects->message.quality >= objects->params.min_quality) {

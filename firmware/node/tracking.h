@@ -4,8 +4,7 @@
  *     both, 2011:1 = 1        one estimate of the target for the line of sight, up to the zenith (servo/pointing.h)
  *
  * In each tick: tracking_take after the samples; the drives follow `joint`. Then tracking_report and tracking_prepare,
- * before the next tick. When a frame arrives, between two ticks, the hooks find the age of its
- * exposure. */
+ * before the next tick. When a frame arrives, between two ticks, the hooks find the age of its exposure. */
 #ifndef TRACKSERVO_NODE_TRACKING_H
 #define TRACKSERVO_NODE_TRACKING_H
 
@@ -19,6 +18,16 @@
 #include "servo/picture_check.h"
 #include "servo/pointing.h"
 #include "servo/servo_board.h"
+
+/* From each joint by itself to both together and back. What one way knows of the target is handed to the other in the
+ * deferred task, because the tick of a new mode is long enough. */
+typedef enum {
+  TRACKING_APART = 0,
+  TRACKING_JOINS,    /* in this tick both axes may track together; each still goes by itself */
+  TRACKING_JOINED,   /* the line of sight has been told of the target */
+  TRACKING_TOGETHER, /* both axes track the line of sight */
+  TRACKING_PARTS     /* until the last tick they did */
+} tracking_phase;
 
 typedef struct {
   camera_objects objects; /* 0x3070 .. 0x3075 */
@@ -37,7 +46,7 @@ typedef struct {
   camera_delay delay;
   joint_tracking joints;
   pointing line_of_sight;
-  pointing_motion motion;         /* of this tick, while `together` */
+  pointing_motion motion;         /* of this tick, while they track together */
   pointing_output target;         /* likewise */
   servo_target joint[SERVO_AXES]; /* for the drives */
   return_prediction back;
@@ -47,10 +56,7 @@ typedef struct {
   float dither_rad_s;        /* of the next tick, on the elevation */
   bool prepared;             /* `line_of_sight` has valid gains, and knows no target until they track */
   uint32_t prepared_changes; /* those gains */
-  bool together;             /* the line of sight is tracked by both axes */
-  bool begins;               /* it will be, from the tick on for which it has been told of the target */
-  bool joined;               /* it has */
-  bool parts;                /* it was, until this tick */
+  tracking_phase phase;
   turn_back turn;
 } target_tracking;
 

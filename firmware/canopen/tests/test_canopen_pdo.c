@@ -271,6 +271,13 @@ static void test_event_timer_repeats_a_tpdo_and_request_sends_one(void) {
 
 /* --- a stop beside a value that is refused ------------------------------------------------------------------------ */
 
+static void start_with_synchronous_rpdo1(void) {
+  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
+  write_ok(0x1400, 2, 1, 1);
+  write_ok(0x1400, 1, RPDO1, 4);
+  bench_operational();
+}
+
 static void give_rpdo1(uint8_t controlword, uint8_t mode) {
   const uint8_t bytes[3] = {controlword, 0, mode};
   bench_give(RPDO1, 3, bytes);
@@ -332,10 +339,7 @@ static void test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else(
 
 /* Of two frames before a SYNC the later one counts, but a stop in the earlier one is obeyed at once. */
 static void test_a_stop_that_waits_for_sync_is_not_replaced_by_a_later_frame(void) {
-  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
-  write_ok(0x1400, 2, 1, 1);
-  write_ok(0x1400, 1, RPDO1, 4);
-  bench_operational();
+  start_with_synchronous_rpdo1();
   give_rpdo1(0x0F, 9);
   give_rpdo1(0x0F, 8);
   bench_wait_ms(2);
@@ -351,10 +355,7 @@ static void test_a_stop_that_waits_for_sync_is_not_replaced_by_a_later_frame(voi
 }
 
 static void test_a_command_that_waits_for_sync_does_not_undo_a_stop_in_a_frame_that_is_too_short(void) {
-  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
-  write_ok(0x1400, 2, 1, 1);
-  write_ok(0x1400, 1, RPDO1, 4);
-  bench_operational();
+  start_with_synchronous_rpdo1();
   give_rpdo1(0x0F, 9);
   const uint8_t stop[2] = {0x0B, 0};
   bench_give(RPDO1, 2, stop);

@@ -191,7 +191,7 @@ static void test_axes_that_move_with_the_target_do_not_pause_when_tracking_begin
   SET(0x6060, 0, (uint8_t)TRACKING);
   SET(0x6060 + PITCH, 0, (uint8_t)TRACKING);
   follow_and_expect_rate(500, 0.02);
-  TEST_ASSERT_TRUE(node.tracking.together);
+  TEST_ASSERT_EQUAL(TRACKING_TOGETHER, node.tracking.phase);
   CHECK_NEAR("rad", world.azimuth_rad, joint_rad(0), 1e-4);
 }
 
@@ -224,11 +224,11 @@ static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   enable(0, TRACKING);
   enable(PITCH, TRACKING);
   follow_for(5000);
-  TEST_ASSERT_TRUE(node.tracking.together);
+  TEST_ASSERT_EQUAL(TRACKING_TOGETHER, node.tracking.phase);
   CHECK_NEAR("together, rad", world.azimuth_rad, joint_rad(0), 2e-6);
   SET(0x6060 + PITCH, 0, PV);
   follow_and_expect_rate(200, 0.02);
-  TEST_ASSERT_FALSE(node.tracking.together);
+  TEST_ASSERT_EQUAL(TRACKING_APART, node.tracking.phase);
   CHECK_NEAR("handed over, rad", world.azimuth_rad, joint_rad(0), 1e-4);
   follow_for(3000);
   CHECK_NEAR("alone, rad", world.azimuth_rad, joint_rad(0), 2e-6);
