@@ -219,6 +219,20 @@ static void part(target_tracking *self) {
   }
 }
 
+/* Likewise for a joint by itself. */
+static void hold_back(target_tracking *self) {
+  const bool judged = self->orientation.verdict != PICTURE_NOT_JUDGED;
+  const float limit_rad_s = picture_check_rate_limit_rad_s(&self->orientation);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    speed_reference *reference = &self->joint[i].reference;
+    self->held_back[i] = !judged && !scalar_within(reference->rate_rad_s, limit_rad_s);
+    if (self->held_back[i]) {
+      reference->rate_rad_s = scalar_clamp(reference->rate_rad_s, -limit_rad_s, limit_rad_s);
+      reference->acceleration_rad_s2 = 0.0f;
+    }
+  }
+}
+
 void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes, bool changes) {
   const pointing_frame frame = take_frame(self);
   const bool before = is_together(self);
@@ -242,6 +256,7 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
   } else {
     const joint_frame joints = joints_of(board, &frame, changes);
     joint_tracking_step(&self->joints, &board->app, &joints, self->joint);
+    hold_back(self);
   }
 }
 
@@ -340,9 +355,10 @@ static joint_vector rate_limit_of(const target_tracking *self) {
   if (self->orientation.verdict != PICTURE_NOT_JUDGED) {
     return self->rate_rad_s;
   }
+  const float limit_rad_s = picture_check_rate_limit_rad_s(&self->orientation);
   const float cosine = scalar_max(scalar_abs(rotation_cosine(self->motion.pitch_angle)), POINTING_ZENITH_COSINE);
-  return (joint_vector){.azimuth = scalar_min(self->rate_rad_s.azimuth, PICTURE_UNPROVEN_RAD_S / cosine),
-                        .pitch = scalar_min(self->rate_rad_s.pitch, PICTURE_UNPROVEN_RAD_S)};
+  return (joint_vector){.azimuth = scalar_min(self->rate_rad_s.azimuth, limit_rad_s / cosine),
+                        .pitch = scalar_min(self->rate_rad_s.pitch, limit_rad_s)};
 }
 
 static void look_ahead(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
@@ -429,7 +445,25 @@ static image_vector seen_rad(const target_tracking *self, const drive_axis *azim
                         .y = pitch->motion.followed != NULL ? errors.pitch : 0.0f};
 }
 
+/* At the target's own rate: a picture that led away would not let it. */
+static bool follows(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {
+  if (is_together(self)) {
+    return self->target.locked && !self->target.limited;
+  }
+  const bool by_azimuth = azimuth->motion.followed != NULL;
+  const bool by_pitch = pitch->motion.followed != NULL;
+  return (by_azimuth || by_pitch) && !(by_azimuth && self->held_back[SERVO_AZIMUTH]) &&
+         !(by_pitch && self->held_back[SERVO_PITCH]);
+}
+
+static bool is_out_of_sight(const target_tracking *self) {
+  const int coast_ticks = (int)(PICTURE_UNPROVEN_COAST_S / SERVO_TICK_S);
+  return self->orientation.verdict == PICTURE_NOT_JUDGED &&
+         self->joints.axis[SERVO_AZIMUTH].ticks_since_frame > coast_ticks;
+}
+
 static void stop_following(target_tracking *self) {
+  self->frames.last_drop = CAMERA_PICTURE_WRONG;
   pointing_look_away(&self->line_of_sight);
   turn_back_reset(&self->turn);
   joint_tracking_lose(&self->joints);
@@ -441,8 +475,7 @@ static void check_picture(target_tracking *self, const drive_axis *azimuth, cons
     picture_check_reset(&self->orientation);
     return;
   }
-  const bool follows = is_together(self) && self->target.locked && !self->target.limited;
-  picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows);
+  picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows(self, azimuth, pitch));
   const camera_objects *objects = &self->objects;
   if (self->frames.taken != objects->taken && objects->message.quality >= objects->params.min_quality) {
     const int age_ticks = camera_delay_age(&self->delay, &objects->delay, objects->age_ms);
@@ -451,6 +484,8 @@ static void check_picture(target_tracking *self, const drive_axis *azimuth, cons
   }
   if (picture_check_is_wrong(&self->orientation)) {
     stop_following(self);
+  } else if (is_out_of_sight(self)) { /* likewise by itself */
+    joint_tracking_lose(&self->joints);
   }
 }
 
@@ -484,7 +519,8 @@ static void count_drops(target_tracking *self, bool tracks) {
   }
   self->drops = (uint16_t)(self->drops < STALE_DROPS ? self->drops + dropped : self->drops);
   self->quiet_ticks = (uint16_t)(dropped == 0 && self->quiet_ticks < STALE_TICKS ? self->quiet_ticks + 1 : 0);
-  self->stale = self->drops >= STALE_DROPS || (self->stale && self->quiet_ticks < STALE_TICKS);
+  self->stale = self->drops >= STALE_DROPS || picture_check_is_wrong(&self->orientation) ||
+                (self->stale && self->quiet_ticks < STALE_TICKS);
 }
 
 bool tracking_is_stale(const target_tracking *self) { return self->stale; }

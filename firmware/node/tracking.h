@@ -45,6 +45,7 @@ typedef struct {
   bool stale;           /* so many of them that the axes follow nothing */
   camera_delay delay;
   joint_tracking joints;
+  bool held_back[SERVO_AXES]; /* its rate is limited because the picture is not judged; by itself */
   pointing line_of_sight;
   pointing_motion motion;         /* of this tick, while they track together */
   pointing_output target;         /* likewise */

@@ -495,8 +495,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .timer = "",
          .cause =
              "The gains do not fit the axis: too high, too much filtering, or the load has changed. In mode -1 also "
-             "the camera: a wrong sign or age of its frames, or errors that jump. Less often: a loose coupling, or "
-             "a base that gives way.",
+             "the camera: a wrong sign or age of its frames, errors that jump, or a boresight (3071:3, :4) that is "
+             "written while it tracks. Less often: a loose coupling, or a base that gives way.",
          .check = "Read the period of the oscillation from rate and torque in the fault log. Compare 2056 with the "
                   "load and the inertia that the axis has now. After mode -1 compare 3070 with the target, and the "
                   "stated age with 3073:5.",

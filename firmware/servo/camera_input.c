@@ -83,8 +83,10 @@ pointing_frame camera_input_take(camera_input *input, const camera_input_params 
   if (!is_newer(input, message->counter)) {
     return drop(input, CAMERA_NOT_NEWER);
   }
+  const bool found = message->quality >= params->min_quality;
+  if (found && error.x * error.x + error.y * error.y >= SCALAR_PI * SCALAR_PI) {
+    return drop(input, CAMERA_BEHIND);
+  }
   input->taken++;
-  const bool ahead = error.x * error.x + error.y * error.y < SCALAR_PI * SCALAR_PI;
-  return (pointing_frame){
-      .fresh = true, .valid = message->quality >= params->min_quality && ahead, .age_ticks = age_ticks, .error = error};
+  return (pointing_frame){.fresh = true, .valid = found, .age_ticks = age_ticks, .error = error};
 }

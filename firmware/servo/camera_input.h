@@ -43,22 +43,22 @@ typedef enum {
 /* Why the last message that did not count was dropped. */
 typedef enum {
   CAMERA_NOT_DROPPED = 0,
-  CAMERA_NOT_NEWER = 1,    /* repeated, out of order, or of a second sender */
-  CAMERA_TOO_OLD = 2,      /* its exposure is not in the history of the line of sight */
-  CAMERA_IN_FUTURE = 3,    /* exposed after now */
-  CAMERA_BAD_QUALITY = 4,  /* above CAMERA_BEST_QUALITY */
-  CAMERA_CLOCK_SET = 5,    /* its stamp has two readings, because the node's clock has just been set */
-  CAMERA_FROZEN = 6,       /* servo/frozen_picture.h */
-  CAMERA_PICTURE_WRONG = 7 /* servo/picture_check.h */
+  CAMERA_NOT_NEWER = 1,     /* repeated, out of order, or of a second sender */
+  CAMERA_TOO_OLD = 2,       /* its exposure is not in the history of the line of sight */
+  CAMERA_IN_FUTURE = 3,     /* exposed after now */
+  CAMERA_BAD_QUALITY = 4,   /* above CAMERA_BEST_QUALITY */
+  CAMERA_CLOCK_SET = 5,     /* its stamp has two readings, because the node's clock has just been set */
+  CAMERA_FROZEN = 6,        /* servo/frozen_picture.h */
+  CAMERA_PICTURE_WRONG = 7, /* servo/picture_check.h */
+  CAMERA_BEHIND = 8         /* its target would be more than half a turn away: no pinhole camera sees it */
 } camera_drop;
 
 typedef struct {
   float scale_rad; /* image error of one count, 1e-9 .. 1e-3 */
   camera_mounting mounting;
-  uint8_t mirrored; /* 1: x of the message counts against the sensor's rows */
-  uint8_t time;     /* camera_time */
-  uint8_t
-      min_quality; /* a target of less counts as not found, 1 .. CAMERA_BEST_QUALITY; so does one beyond half a turn */
+  uint8_t mirrored;    /* 1: x of the message counts against the sensor's rows */
+  uint8_t time;        /* camera_time */
+  uint8_t min_quality; /* a target of less counts as not found, 1 .. CAMERA_BEST_QUALITY */
 } camera_input_params;
 
 typedef struct {

@@ -3,9 +3,9 @@
  *
  * The orientation found (control/image_orientation.h) decides, while an axis tracks:
  *
- *     not judged    rates are limited to PICTURE_UNPROVEN_RAD_S, and a target that leaves the picture is lost after
- *                   PICTURE_UNPROVEN_COAST_S. Until the picture is found to be right, or the target has been followed
- *                   for PICTURE_PROVEN_TICKS without the limit
+ *     not judged    rates are limited (picture_check_rate_limit_rad_s), and a target that leaves the picture is lost
+ *                   after PICTURE_UNPROVEN_COAST_S. Until the picture is found to be right, or the target has been
+ *                   followed for PICTURE_PROVEN_TICKS without the limit
  *     right         turned by less than 45 degrees. A mirror is still looked for until both directions have moved
  *     turned        by 45 to 60 degrees: goes on with a warning
  *     wrong         turned by more, or mirrored: nothing is followed until tracking is ended, or 3071 is written
@@ -18,8 +18,10 @@
 #include "control/image_orientation.h"
 
 enum {
-  PICTURE_SPACING_TICKS = 18, /* between two pictures that count here: 50 Hz, with the jitter of a tick */
-  PICTURE_AGREE_TICKS = 36,   /* for so long all findings must say wrong, two at least */
+  PICTURE_SPACING_TICKS = 18,  /* between two pictures that count here: 50 Hz, with the jitter of a tick */
+  PICTURE_AGREE_TICKS = 36,    /* for so long all findings must say wrong, two at least */
+  PICTURE_PROMPT_TICKS = 40,   /* between two pictures; with longer intervals the limit of the rate is lower */
+  PICTURE_SLOWEST_TICKS = 100, /* longer intervals count as this */
   PICTURE_PROVEN_TICKS = 1500
 };
 
@@ -43,6 +45,7 @@ typedef struct {
   image_orientation pictures;
   image_vector moved;      /* by the line of sight since the newest exposure */
   uint32_t ticks;          /* since then */
+  uint32_t interval_ticks; /* between the last two pictures; 0: not known yet */
   uint32_t unjudged_ticks; /* up to a picture that the next tick judges: the tick of a frame has enough to do */
   picture_verdict verdict;
   bool complete;           /* right in both directions */
@@ -58,6 +61,11 @@ void picture_check_reset(picture_check *self);
 /* Judges the picture taken before it, and adds a tick in which the line of sight has moved by `moved_rad`. `follows`: a
  * target is followed, below the rate limit. Call once per tick while an axis tracks. */
 void picture_check_tick(picture_check *self, image_vector moved_rad, bool follows);
+
+/* Returns the highest rate of the line of sight, as long as the picture is not judged. A slow camera needs more time to
+ * show that it is wrong. Half of it before the third picture: a constant rate would be a straight line, which shows
+ * nothing. */
+float picture_check_rate_limit_rad_s(const picture_check *self);
 
 /* Takes a picture of a target with its error; since its exposure the line of sight has moved by `since_rad`, in
  * `age_ticks`. Call after picture_check_tick. */

@@ -3,7 +3,7 @@
 // leaves the picture before its place has told anything, the axes stop because it is lost.
 //
 // Each run: both axes track in mode -1 with the gains of a new device; the target stands 5 to 10 mrad off, or moves at
-// up to 5 deg/s. A camera of 50 Hz, its frames 20 ms old. TESTS_SIZE=large: 1,000 random targets.
+// up to 5 deg/s. A camera of 50, 20 or 10 Hz, its frames 20 ms old. TESTS_SIZE=large: 1,000 random targets.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -114,36 +114,56 @@ double beyond_rad(const PictureRun& wrong, const PictureRun& right) {
   return most;
 }
 
-void test_a_wrong_picture_stops_both_axes() {
+void stops_both_axes(int period_ticks) {
+  PictureCamera camera;
+  camera.period_ticks = period_ticks;
   for (const Course& course : kCourses) {
-    const Result right = follow({}, course.target(), 3.0);
-    std::printf("%s: a right picture is judged %d, %.3f mrad off in the end\n", course.name, right.verdict,
-                1e3 * right.run.error_rad());
+    const bool fast = period_ticks >= 50 && std::abs(course.rate_deg_s[0]) > 3.0;
+    if (fast && period_ticks > 50) {
+      continue;
+    }
+    const Result right = follow({}, course.target(), 3.0, true, camera);
+    std::printf("%s, every %d ms: a right picture is judged %d, %.3f mrad off in the end\n", course.name, period_ticks,
+                right.verdict, 1e3 * right.run.error_rad());
     TEST_ASSERT_EQUAL_INT_MESSAGE(1, right.verdict, course.name);
     for (const TurnedPicture& picture : kWrongPictures) {
-      const Result wrong = follow(picture, course.target(), 3.0);
+      const Result wrong = follow(picture, course.target(), 3.0, true, camera);
       const double further_rad = beyond_rad(wrong.run, right.run);
-      const std::string text = fmt::format(
-          "{}, {}: verdict {}, roll {:.1f} deg, stopped after {} ms, {:.2f} deg further", course.name, picture.name,
-          wrong.verdict, 1e-4 * wrong.roll / kRadPerDeg, wrong.wrong_at, further_rad / kRadPerDeg);
+      const std::string text =
+          fmt::format("{}, {}, every {} ms: verdict {}, roll {:.1f} deg, stopped after {} ms, {:.2f} deg further",
+                      course.name, picture.name, period_ticks, wrong.verdict, 1e-4 * wrong.roll / kRadPerDeg,
+                      wrong.wrong_at, further_rad / kRadPerDeg);
       std::printf("%s\n", text.c_str());
       const bool named = wrong.wrong_at >= 0 && wrong.wrong_at < kStopWithin_s / sim::kTick_s;
-      const bool may_leave = picture.scale > 1.0 || std::abs(course.offset_mrad[0]) > 20.0;
+      const bool may_leave = picture.scale > 1.0 || std::abs(course.offset_mrad[0]) > 20.0 || fast;
       TEST_ASSERT_TRUE_MESSAGE(named || (may_leave && wrong.lost), text.c_str());
       TEST_ASSERT_TRUE_MESSAGE(further_rad < kBeyond_rad, text.c_str());
     }
   }
 }
 
-// Its rate is not limited before: 2011:6 of the axis holds.
+void test_a_wrong_picture_stops_both_axes() { stops_both_axes(20); }
+
+// At 10 Hz a target of 5 deg/s may leave the picture between the five places that a judgement needs: docs/can.md.
+void test_so_does_one_of_a_slow_camera() {
+  for (int i = 0; i < by_size(1, 2, 2); ++i) {
+    stops_both_axes(i == 0 ? 100 : 50);
+  }
+}
+
 void test_a_wrong_picture_stops_an_axis_that_tracks_alone() {
   const Course course = {"stands", {5.0, 0.0}, {0.0, 0.0}};
-  const Result wrong = follow(kWrongPictures[0], course.target(), 3.0, false);
-  const std::string text = fmt::format("azimuth alone: verdict {}, stopped after {} ms, {:.2f} deg gone", wrong.verdict,
-                                       wrong.wrong_at, wrong.run.ways_rad().back() / kRadPerDeg);
-  std::printf("%s\n", text.c_str());
-  TEST_ASSERT_EQUAL_INT_MESSAGE(3, wrong.verdict, text.c_str());
-  TEST_ASSERT_TRUE_MESSAGE(wrong.run.ways_rad().back() < kBeyond_rad, text.c_str());
+  for (const int period_ticks : {8, 20, 50, 100}) {
+    PictureCamera camera;
+    camera.period_ticks = period_ticks;
+    const Result wrong = follow(kWrongPictures[0], course.target(), 3.0, false, camera);
+    const std::string text =
+        fmt::format("azimuth alone, every {} ms: verdict {}, stopped after {} ms, {:.2f} deg gone", period_ticks,
+                    wrong.verdict, wrong.wrong_at, wrong.run.ways_rad().back() / kRadPerDeg);
+    std::printf("%s\n", text.c_str());
+    TEST_ASSERT_EQUAL_INT_MESSAGE(3, wrong.verdict, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(wrong.run.ways_rad().back() < kBeyond_rad, text.c_str());
+  }
 }
 
 // Random targets as a drone's: they accelerate, weave and turn back, at 100 m to 3 km.
@@ -193,6 +213,7 @@ void test_no_right_picture_stops_an_axis() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_wrong_picture_stops_both_axes);
+  RUN_TEST(test_so_does_one_of_a_slow_camera);
   RUN_TEST(test_a_wrong_picture_stops_an_axis_that_tracks_alone);
   RUN_TEST(test_no_right_picture_stops_an_axis);
   return UNITY_END();

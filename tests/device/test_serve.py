@@ -198,8 +198,11 @@ def test_after_a_stall_of_the_computer_no_frame_of_a_full_stream_is_lost():
 @pytest.mark.parametrize("options, words", [
     (["--bus", "serial:1"], ["serial:1", "slcan-tcp:PORT"]),
     (["--bus", "slcan-tcp:70000"], ["70000", "not a port"]),
+    (["--bus", "slcan-tcp:"], ["slcan-tcp:", "not a port"]),
     (["--bus", "socketcan:nosuchcan0"], ["socketcan:nosuchcan0"]),
     (["--node", "128"], ["--node", "128"]),
+    (["--node", "127", "--nodes", "2"], ["127", "last node id"]),
+    (["--serial", "4294967295", "--nodes", "2"], ["4294967295", "serial number"]),
     (["--speed", "0"], ["--speed", "realtime, max or"]),
     (["--speed", "fast"], ["--speed", "realtime, max or"]),
 ])

@@ -64,12 +64,16 @@ static void test_an_exposure_that_is_later_or_not_known_does_not_count(void) {
 }
 
 /* 1 mrad per count would make five turns of the farthest place. */
-static void test_a_target_beyond_half_a_turn_counts_as_not_found(void) {
+static void test_a_target_beyond_half_a_turn_does_not_count(void) {
   params.scale_rad = 1e-3f;
   TEST_ASSERT_TRUE(give((camera_message){.x = 3141, .time = 3000, .quality = 100, .counter = 1}).valid);
-  TEST_ASSERT_FALSE(give((camera_message){.x = -3142, .time = 3000, .quality = 100, .counter = 2}).valid);
-  TEST_ASSERT_FALSE(give((camera_message){.y = 3142, .time = 3000, .quality = 100, .counter = 3}).valid);
-  TEST_ASSERT_FALSE(give((camera_message){.x = 2300, .y = 2300, .time = 3000, .quality = 100, .counter = 4}).valid);
+  TEST_ASSERT_FALSE(give((camera_message){.x = -3142, .time = 3000, .quality = 100, .counter = 2}).fresh);
+  TEST_ASSERT_EQUAL(CAMERA_BEHIND, input.last_drop);
+  TEST_ASSERT_FALSE(give((camera_message){.y = 3142, .time = 3000, .quality = 100, .counter = 3}).fresh);
+  TEST_ASSERT_FALSE(give((camera_message){.x = 2300, .y = 2300, .time = 3000, .quality = 100, .counter = 4}).fresh);
+  TEST_ASSERT_EQUAL(3, input.dropped);
+  TEST_ASSERT_TRUE(give((camera_message){.x = -3142, .time = 3000, .quality = 0, .counter = 5}).fresh); /* not found */
+  TEST_ASSERT_EQUAL(2, input.taken);
 }
 
 static void test_a_frame_older_than_the_history_does_not_count(void) {
@@ -175,7 +179,7 @@ int main(void) {
   RUN_TEST(test_roll_and_boresight_are_those_of_the_camera);
   RUN_TEST(test_a_mirrored_picture_is_turned_over);
   RUN_TEST(test_an_exposure_that_is_later_or_not_known_does_not_count);
-  RUN_TEST(test_a_target_beyond_half_a_turn_counts_as_not_found);
+  RUN_TEST(test_a_target_beyond_half_a_turn_does_not_count);
   RUN_TEST(test_a_frame_older_than_the_history_does_not_count);
   RUN_TEST(test_quality_decides_whether_there_is_a_target);
   RUN_TEST(test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted);

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -53,7 +54,7 @@ std::uint16_t port_of(const std::string& text) {
 std::unique_ptr<BusEnd> open_end(VirtualBus& bus, const std::string& name, SocketCan::HealthChanged health_changed) {
   std::string rest;
   if (is_kind(name, "slcan-tcp", rest)) {
-    return std::make_unique<SlcanTcp>(bus, rest.empty() ? std::uint16_t{0} : port_of(rest));
+    return std::make_unique<SlcanTcp>(bus, name == "slcan-tcp" ? std::uint16_t{0} : port_of(rest));
   }
   if (is_kind(name, "slcan-pty", rest)) {
     return std::make_unique<SlcanPty>(bus);
@@ -246,6 +247,11 @@ std::vector<std::unique_ptr<Device>> simulated_devices(const PlantConfig& plant,
   if (has_id && options.node_id + options.nodes - 1 > BUS_LAST_NODE_ID) {
     throw std::invalid_argument(fmt::format("{} nodes from node id {} on: the last node id would be above {}",
                                             options.nodes, options.node_id, BUS_LAST_NODE_ID));
+  }
+  const std::uint32_t last_serial = std::numeric_limits<std::uint32_t>::max();
+  if (options.serial_number > last_serial - static_cast<std::uint32_t>(options.nodes - 1)) {
+    throw std::invalid_argument(fmt::format("{} nodes from serial number {} on: the last one would be above {}",
+                                            options.nodes, options.serial_number, last_serial));
   }
   std::vector<std::unique_ptr<Device>> devices;
   for (int i = 0; i < options.nodes; ++i) {

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
+from .access_lock import bytes_of
 from .bus import BIT_RATES, ENVIRONMENT, FORMS, bit_rate_of, parse_bus
 from .device import Device
 from .errors import ServoctlError
@@ -36,6 +37,8 @@ class Session:
 
     def connect(self, node: int | None = None) -> Device:
         """Opens the bus and returns the node; close it with `with`."""
+        if self.word is not None:
+            bytes_of(self.word)  # refused before anything is sent
         device = Device(parse_bus(self.bus), node or self.node, self.parameters, self.bitrate)
         device.access_word = self.word
         return device

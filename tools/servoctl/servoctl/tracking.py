@@ -26,8 +26,10 @@ DROPS = {
     2: "they are older than 127 ms when they arrive",
     3: "they were exposed later than now: does 3071:5 fit the sender's time?",
     4: "their quality is above 100 %",
+    5: "the node's clock (1013) was set while they were under way, so that their time can be meant in two ways",
     6: "its picture is frozen: the target's place in it does not change while the axes move; restart the image processor",
     7: "its picture is turned or mirrored (3072:9); 'servoctl camera calibrate' measures and corrects it",
+    8: "their target is more than half a turn away: does 3071:1 fit the unit of 3070:1 and 3070:2?",
 }
 """Why a frame does not count, by 3072:4."""
 UNKNOWN_INTERVAL = 65535

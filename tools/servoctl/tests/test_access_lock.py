@@ -143,6 +143,8 @@ def test_with_an_owners_word_guarded_values_need_it(owned: Bench) -> None:
     del owned.environment["SERVOCTL_WORD"]
     missing = owned("set", f"{LIMIT}={limit * 0.9}", "--unlock")
     assert missing.code == 2 and "--word" in missing.err and missing.err.count("\n") == 1
+    too_long = owned("get", LIMIT, "--word", "ninechars")
+    assert too_long.code == 2 and "1 to 8" in too_long.err
     wrong = owned("set", f"{LIMIT}={limit * 0.9}", "--unlock", "--word", "open")
     assert wrong.code == 4 and "wrong access word" in wrong.err and wrong.err.count("\n") == 1
     delayed = owned("lock", "open", "--word", WORD)
