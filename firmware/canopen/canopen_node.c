@@ -24,7 +24,17 @@ static void reset_sdo(canopen_node *node) {
   }
 }
 
+/* What waits for a SYNC is forgotten with the state, but not a stop in it. */
+static void obey_waiting_stops(canopen_node *node) {
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
+    if (node->rpdos[n].waiting) {
+      rpdo_obey_stops(&node->rpdos[n], NULL);
+    }
+  }
+}
+
 static void enter(canopen_node *node, nmt_state state) {
+  obey_waiting_stops(node);
   node->state = state;
   if (state == NMT_OPERATIONAL) {
     node->sync_count = 0;

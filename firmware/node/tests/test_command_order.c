@@ -1,4 +1,5 @@
-/* Controlwords that arrive within one tick: each takes effect as in a tick of its own, in the order of arrival. */
+/* Controlwords and NMT commands that arrive within one tick: each takes effect as in a tick of its own, in the order of
+ * arrival. */
 #include <stdio.h>
 
 #include "support/check.h"
@@ -7,10 +8,17 @@
 enum {
   RPDO1 = 0x200 + NODE_ID, /* controlword, mode */
   EMCY = 0x080 + NODE_ID,
+  SYNC = 0x080,
   NONE = 0xFFFF,
+  NMT = 0x1000, /* in a row of frames: the NMT command in the low byte, not a controlword */
+  START = NMT | 0x01,
+  STOP = NMT | 0x02,
+  PRE_OPERATIONAL = NMT | 0x80,
   PP = 1,
   PV = 3,
   STATE_OFF = 0x60, /* switch on disabled */
+  STATE_IN_FAULT = 0x28,
+  NODE_STOPPED = 26, /* fault */
   STOPPED_MS = 1500
 };
 
@@ -128,6 +136,107 @@ static void test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms(void) 
   TEST_ASSERT_EQUAL_HEX32(STATE_OFF, state_of(0));
 }
 
+static void give_in_one_tick(const uint16_t *row, uint32_t count) {
+  for (uint32_t i = 0; i < count && row[i] != NONE; ++i) {
+    if ((row[i] & NMT) != 0) {
+      give(0, 2, (const uint8_t[]){(uint8_t)row[i], NODE_ID});
+    } else {
+      burst(row[i], NONE, NONE);
+    }
+  }
+}
+
+/* The node was stopped while the axis turned. `word` is the controlword since then: its edge came during the reaction,
+ * where it resets nothing. */
+static void end_in_fault_with(uint16_t word) {
+  turn_with_quick_stop_option(2);
+  nmt(2);
+  nmt(1);
+  burst(word, NONE, NONE);
+  wait_ms(STOPPED_MS);
+  TEST_ASSERT_EQUAL_HEX32(STATE_IN_FAULT, state_of(0));
+}
+
+/* Rows: the controlword before, those of one burst, and the state in which the axis ends. */
+static void test_an_edge_of_bit_7_within_one_tick_resets_the_fault(void) {
+  static const struct {
+    uint16_t before, word[3];
+    uint32_t state;
+  } rows[] = {
+      {0x0F, {0x00, 0x80, NONE}, STATE_OFF},      {0x0F, {0x80, 0x00, NONE}, STATE_OFF},
+      {0x80, {0x80, 0x00, 0x80}, STATE_OFF},      {0x80, {0x00, 0x80, 0x00}, STATE_OFF},
+      {0x80, {0x80, 0x80, NONE}, STATE_IN_FAULT}, {0x80, {0x80, 0x00, NONE}, STATE_IN_FAULT},
+      {0x0F, {0x00, 0x0F, NONE}, STATE_IN_FAULT},
+  };
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    end_in_fault_with(rows[i].before);
+    burst(rows[i].word[0], rows[i].word[1], rows[i].word[2]);
+    wait_ms(10);
+    char row[16];
+    (void)snprintf(row, sizeof row, "row %u", (unsigned)i);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(rows[i].state, state_of(0), row);
+  }
+}
+
+/* Rows: what arrives in one tick while the axis turns at 0.3 rad/s, and the state in which it ends. A stopped or
+ * pre-operational node takes no RPDO. */
+static void test_nmt_commands_and_controlwords_of_one_tick_count_in_their_order(void) {
+  static const struct {
+    uint16_t frame[4];
+    uint32_t state;
+  } rows[] = {
+      {{STOP, START, NONE}, STATE_IN_FAULT},
+      {{STOP, START, 0x0F, NONE}, STATE_IN_FAULT},
+      {{STOP, START, 0x8F, 0x0F}, STATE_IN_FAULT},
+      {{0x02, STOP, START, NONE}, STATE_IN_FAULT},
+      {{STOP, 0x02, START, NONE}, STATE_IN_FAULT},
+      {{0x00, STOP, START, 0x0F}, STATE_IN_FAULT},
+      {{0x02, PRE_OPERATIONAL, NONE}, STATE_OFF},
+      {{0x02, PRE_OPERATIONAL, START, 0x0F}, STATE_OFF},
+      {{PRE_OPERATIONAL, START, 0x02, 0x0F}, STATE_OFF},
+      {{0x02, 0x0F, PRE_OPERATIONAL, START}, STATE_OFF},
+      {{PRE_OPERATIONAL, 0x02, START, NONE}, STATE_ENABLED},
+  };
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    turn_with_quick_stop_option(2);
+    give_in_one_tick(rows[i].frame, 4);
+    wait_ms(STOPPED_MS);
+    char row[16];
+    (void)snprintf(row, sizeof row, "row %u", (unsigned)i);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(rows[i].state, state_of(0), row);
+    const bool goes_on = rows[i].state == STATE_ENABLED;
+    CHECK_NEAR(row, goes_on ? 0.3 : 0.0, machine.axis[0].rate_rad_s, 0.003);
+    if (rows[i].state == STATE_IN_FAULT) {
+      TEST_ASSERT_EQUAL_MESSAGE(NODE_STOPPED, get(0x1003, 1) >> 16 & 0xFF, row);
+    }
+  }
+}
+
+/* RPDO1 takes effect with SYNC, and none comes before the node leaves operational: what waited is forgotten, but not
+ * the stop in it. */
+static void test_a_stop_that_waits_for_sync_survives_a_change_of_the_nmt_state(void) {
+  static const uint16_t rows[][4] = {
+      {0x02, PRE_OPERATIONAL, START, NONE},
+      {0x02, PRE_OPERATIONAL, NONE},
+      {0x02, PRE_OPERATIONAL, START, 0x0F},
+      {0x0F, 0x02, PRE_OPERATIONAL, START},
+  };
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    turn_with_quick_stop_option(2);
+    SET(0x1400, 1, 0x80000000u | RPDO1);
+    SET(0x1400, 2, 1);
+    SET(0x1400, 1, RPDO1);
+    give_in_one_tick(rows[i], 4);
+    wait_ms(5);
+    give(SYNC, 0, NULL);
+    wait_ms(STOPPED_MS);
+    char row[16];
+    (void)snprintf(row, sizeof row, "row %u", (unsigned)i);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(STATE_OFF, state_of(0), row);
+    CHECK_NEAR(row, 0.0, machine.axis[0].rate_rad_s, 0.002);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_stop_is_not_undone_by_a_later_word_of_the_same_tick);
@@ -136,5 +245,8 @@ int main(void) {
   RUN_TEST(test_each_edge_of_bit_4_starts_a_move_with_its_own_target);
   RUN_TEST(test_a_stop_by_sdo_is_not_undone_by_an_rpdo);
   RUN_TEST(test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms);
+  RUN_TEST(test_an_edge_of_bit_7_within_one_tick_resets_the_fault);
+  RUN_TEST(test_nmt_commands_and_controlwords_of_one_tick_count_in_their_order);
+  RUN_TEST(test_a_stop_that_waits_for_sync_survives_a_change_of_the_nmt_state);
   return UNITY_END();
 }
