@@ -576,6 +576,74 @@ static void test_settings_of_the_camera_are_kept_in_range_and_stored(void) {
   CHECK_NEAR("rad", 1e-6, get_float(CAMERA, 1), 1e-12);
 }
 
+/* A slip ring: no end stop, no 607D; the position wraps at 32 turns (607B). In pv at 1 rad/s to 0.1 turns before it. */
+static void turn_to_the_wrap(int side) {
+  SET(0x3040, 1, 0x6E65706F); /* "open" */
+  SET(0x607D, 1, 0);
+  SET(0x607D, 2, 0);
+  SET_FLOAT(0x2060, 9, 0.0f);
+  SET_FLOAT(0x2060, 10, 0.0f);
+  SET_FLOAT(0x2060, 21, 1.0f);
+  TEST_ASSERT_EQUAL_INT32(2010619298, (int32_t)get(0x607B, 2));
+  enable(0, PV);
+  SET(0x607F, 0, 1000000);
+  SET(0x60FF, 0, (uint32_t)(side * 1000000));
+  while (fabs(machine.axis[0].turns) < 31.82) {
+    wait_ms(1);
+  }
+  SET(0x60FF, 0, 0);
+  wait_ms(2000);
+  world.azimuth_rad = joint_rad(0) + 1e-3 * side;
+}
+
+/* Of 6064, from the joint's true angle at the tick's begin. */
+static double counts_off(double true_turns) {
+  const double range_turns = 64.0;
+  const double shown_turns = (double)node.axis[0].objects.position.actual * 1e-7 / TURN_RAD;
+  return 1e7 * TURN_RAD * remainder(shown_turns - true_turns, range_turns);
+}
+
+static bool is_beyond_the_wrap(void) { return fabs(machine.axis[0].turns) > 32.0; }
+
+/* At 0.08 rad/s through the wrap, from 3 s on, when the axis has caught up with its target. */
+static void follow_through_the_wrap(double rate_rad_s) {
+  const bool begins_beyond = is_beyond_the_wrap();
+  double error_rad = 0.0;
+  double counts = 0.0;
+  world.rate_rad_s = rate_rad_s;
+  follow_for(3000);
+  TEST_ASSERT_EQUAL(begins_beyond, is_beyond_the_wrap());
+  for (int ms = 0; ms < 8000; ++ms) {
+    const double before_turns = machine.axis[0].turns;
+    follow_for(1);
+    error_rad = fmax(error_rad, fabs(world.azimuth_rad - joint_rad(0)));
+    counts = fmax(counts, fabs(counts_off(before_turns)));
+  }
+  TEST_ASSERT_EQUAL(!begins_beyond, is_beyond_the_wrap());
+  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+  LOG_VALUE("worst error, rad", error_rad);
+  LOG_VALUE("6064, worst counts off", counts);
+  CHECK_AT_MOST("error, with the rest of the turn-round, rad", 5e-5, error_rad);
+  CHECK_AT_MOST("6064, counts off", 2.0, counts);
+}
+
+/* In both directions, and there and back; the azimuth alone, then with the pitch. */
+static void test_a_target_is_followed_across_the_wrap_of_the_position(void) {
+  for (int row = 0; row < 4; ++row) {
+    const int side = row % 2 == 0 ? 1 : -1;
+    setUp();
+    turn_to_the_wrap(side);
+    SET(0x6060, 0, (uint8_t)TRACKING);
+    if (row >= 2) {
+      enable(PITCH, TRACKING);
+    }
+    follow_for(2000); /* it stands until its picture has proven right */
+    follow_through_the_wrap(0.08 * side);
+    follow_through_the_wrap(-0.08 * side);
+    TEST_ASSERT_EQUAL_HEX8(0, get(0x1001, 0));
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_mode_is_listed_and_frames_move_nothing_in_another_mode);
@@ -596,6 +664,7 @@ int main(void) {
   RUN_TEST(test_when_it_may_the_azimuth_turns_back_and_meets_the_target_again);
   RUN_TEST(test_after_a_turn_back_that_meets_nothing_the_axes_stand);
   RUN_TEST(test_a_turn_back_ends_when_it_is_no_longer_allowed);
+  RUN_TEST(test_a_target_is_followed_across_the_wrap_of_the_position);
   RUN_TEST(test_leaving_the_mode_stops_along_the_ramp);
   RUN_TEST(test_bad_frames_are_counted_and_do_nothing);
   RUN_TEST(test_the_pitch_follows_alone);
