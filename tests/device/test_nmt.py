@@ -2,7 +2,7 @@
 
 import pytest
 
-from axis import TPDO8
+from axis import PV, TPDO8, micro_rad
 from device import NODE_ID
 
 HEARTBEAT = 0x700 + NODE_ID
@@ -114,6 +114,47 @@ def test_1016_a_producer_that_was_never_heard_is_not_missed(master):
     master.write(0x1016, 1, 5 << 16 | 50, 4)
     master.pass_time(300)
     assert master.heard(0x80 + NODE_ID) == []
+
+
+FAULT_HEARTBEAT = 24
+PEER, BOOT_UP = 0x7E, 0
+
+
+def turn_with_a_monitored_peer(master, azimuth, limit_ms):
+    """Node 7E must send every `limit_ms`, from its first heartbeat on."""
+    master.write(0x1016, 1, PEER << 16 | limit_ms, 4)
+    azimuth.enable(PV)
+    azimuth.set(micro_rad(2.0), 0x60FF)
+    azimuth.wait_until(lambda: azimuth.rate_deg_s > 1.8)
+    master.forget()
+
+
+@pytest.mark.parametrize("behaviour, state", [(0, PRE_OPERATIONAL), (1, OPERATIONAL), (2, STOPPED)])
+def test_1016_a_boot_up_of_a_monitored_node_is_its_loss(master, azimuth, behaviour, state):
+    """77E#05, then 77E#00: the master has been reset. Its time, 60 s, is far from over."""
+    master.write(0x1029, 1, behaviour, 1)
+    turn_with_a_monitored_peer(master, azimuth, 60000)
+    master.send(0x700 + PEER, OPERATIONAL)
+    master.pass_time(200)
+    assert master.heard(0x80 + NODE_ID) == []
+    master.send(0x700 + PEER, BOOT_UP)
+    if state != STOPPED:  # stopped, a node sends no emergency
+        of_node, *of_axes = master.wait_for(0x80 + NODE_ID, 3)
+        assert of_node[:5] == bytes([0x30, 0x81, 0x11, PEER, 0])
+        assert {(data[:2], *data[3:5]) for data in of_axes} == {(b"\x30\x81", FAULT_HEARTBEAT, axis) for axis in (1, 2)}
+    master.wait_for_state(state)
+    master.start()
+    azimuth.wait_for_state("FAULT", 2)
+    azimuth.wait_for_standstill()
+    assert [azimuth.get(index) for index in (0x603F, 0x683F)] == [0x8130, 0x8130]
+
+
+def test_1016_a_boot_up_alone_starts_no_monitoring(master, azimuth):
+    turn_with_a_monitored_peer(master, azimuth, 100)
+    master.send(0x700 + PEER, BOOT_UP)
+    master.pass_time(500)
+    assert master.heard(0x80 + NODE_ID) == []
+    assert (azimuth.state, azimuth.rate_deg_s) == ("OPERATION ENABLED", pytest.approx(2.0, abs=0.2))
 
 
 def test_1016_the_same_producer_twice_is_refused(master):

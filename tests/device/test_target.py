@@ -9,13 +9,11 @@ import subprocess
 
 import pytest
 from axis import ACKNOWLEDGED, ENABLE, PP, TARGET_REACHED, Axis
+from camera import LOST, ON_TARGET, TRACKING, map_camera
 from device import PROJECT, SIM_HOST
 from master import Master
 
 pytestmark = pytest.mark.simulator
-TRACKING = -1
-ON_TARGET, LOST = 3, 5
-CAMERA_ID = 0x541
 SCENARIO = PROJECT / "sim_host/scenarios/tracking.toml"
 
 
@@ -33,20 +31,6 @@ def facing(serve):
             return served, master
 
         yield start
-
-
-def map_camera(master):
-    """RPDO4 takes its frames, as in docs/can.md."""
-    sdo = master.node.sdo
-    sdo[0x1403][1].raw = 0x80000000 | CAMERA_ID
-    sdo[0x1603][0].raw = 0
-    for sub, bits in enumerate((16, 16, 16, 8, 8), start=1):
-        sdo[0x1603][sub].raw = 0x3070 << 16 | sub << 8 | bits
-    sdo[0x1603][0].raw = 5
-    sdo[0x1403][1].raw = CAMERA_ID
-    for index in (0x6007, 0x6807):
-        sdo[index].raw = 0
-    master.start()
 
 
 def slew(axis, degrees):

@@ -1,0 +1,105 @@
+"""The azimuth follows a target of this computer's camera: what the frames do, over the bus."""
+
+import struct
+
+import pytest
+from axis import TARGET_REACHED, micro_rad, tenth_micro_rad
+from camera import CAMERA_ID, COASTING, LOST, ON_TARGET, TRACKING, map_camera
+from device import NODE_ID, REAL_TIME
+
+EMERGENCY = 0x80 + NODE_ID
+TPDO6, TPDO7, TPDO8 = 5, 6, 7
+BY_CLOCK = 1
+REPEATED = 1
+CLOCK_PER_MS = 100
+RATE_DEG_S = 1.0
+
+pytestmark = pytest.mark.speed(REAL_TIME)  # a frame older than 127 ms does not count
+
+
+class Camera:
+    """A frame every 20 ms, of a target that moves at a constant rate; the node's clock tells the exposure."""
+
+    def __init__(self, axis):
+        self.master, self.axis = axis.master, axis
+        self.target = axis.get(0x6064) + 20000
+        self.rate_deg_s = RATE_DEG_S
+        self.frozen, self.counter, self.clock, self.error = False, 0, None, 0
+        map_camera(self.master)
+        self.master.write(0x3071, 5, BY_CLOCK, 1)
+        self.master.network.subscribe(self.master.sample(TPDO8, [0x60640020, 0x30720810]), self.look)
+
+    def look(self, _identifier, data, _time):
+        position, clock = struct.unpack("<lH", data)
+        passed_s = 0.0 if self.clock is None else 1e-5 * (clock - self.clock & 0xFFFF)
+        self.clock = clock
+        self.target += passed_s * tenth_micro_rad(self.rate_deg_s)
+        if not self.frozen:
+            self.counter = self.counter + 1 & 0xFF
+            self.error = round(0.1 * (self.target - position))
+        self.master.send(CAMERA_ID, *struct.pack("<hhHBB", self.error, 0, clock, 90, self.counter))
+
+    @property
+    def state(self):
+        return self.master.number(0x3072, 5)
+
+    def follow(self):
+        self.axis.enable(TRACKING)
+        self.master.wait_until(lambda: self.state == ON_TARGET, 8)
+
+
+@pytest.fixture
+def camera(azimuth):
+    return Camera(azimuth)
+
+
+def test_frames_that_repeat_their_counter_stop_the_axis_and_are_told(master, azimuth, camera, report):
+    """The image processor hangs: its last frame again and again, 0.3 mrad ahead, while the azimuth turns at 1 deg/s."""
+    camera.follow()
+    master.pass_time(1000)
+    assert azimuth.rate_deg_s == pytest.approx(RATE_DEG_S, abs=0.2)
+    master.forget()
+    before_deg = azimuth.angle_deg
+    camera.error, camera.frozen = 300, True
+    master.wait_until(lambda: camera.state == COASTING, 1)
+    master.wait_until(lambda: camera.state == LOST, 2)
+    azimuth.wait_for_standstill()
+    stopped_deg = azimuth.angle_deg
+    report(f"stopped {stopped_deg - before_deg:.2f} deg after the first repeated frame")
+    assert stopped_deg - before_deg < 2.0
+    (told,) = master.wait_for(EMERGENCY)
+    assert told[:2] == b"\x00\x70" and told[3] == REPEATED
+    assert master.number(0x3072, 4) == REPEATED
+    master.pass_time(1000)
+    assert azimuth.state == "OPERATION ENABLED" and azimuth.angle_deg == pytest.approx(stopped_deg, abs=0.01)
+    camera.target, camera.frozen = azimuth.get(0x6064) + 20000, False
+    master.wait_until(lambda: camera.state == ON_TARGET, 8)
+    assert master.wait_for(EMERGENCY, 2)[1][:2] == b"\0\0"
+
+
+def test_on_target_ends_within_6068_of_leaving_6067(master, azimuth, camera, report):
+    """6067: 0.1 mrad, 6068: 50 ms. The target jumps by 8 mrad, the axis goes after it at 20 mrad/s at most."""
+    window, window_ms = 1000, 50
+    azimuth.set(window, 0x6067)
+    azimuth.set(window_ms, 0x6068)
+    camera.rate_deg_s = 0.0
+    camera.follow()
+    azimuth.set(20000, 0x607F)
+    errors = master.sample(TPDO7, [0x60F40020, 0x60410010, 0x30720810])
+    states = master.sample(TPDO6, [0x30720508, 0x30720810])
+    for pdo in (TPDO6, TPDO7):
+        master.write(0x1800 + pdo, 5, 1, 2)
+    master.wait_until(lambda: azimuth.get(0x6041) & TARGET_REACHED, 3)
+    master.forget()
+    camera.target += 80000
+    master.pass_time(300)
+    state_at = dict(reversed(struct.unpack("<BH", data)) for data in master.heard(states))
+    rows = [struct.unpack("<lHH", data) for data in master.heard(errors)]
+    left = next(clock for error, _, clock in rows if abs(error) > window)
+    rows = [(clock - left & 0xFFFF, status & TARGET_REACHED, state_at.get(clock)) for _, status, clock in rows]
+    rows = [(clock / CLOCK_PER_MS, *row) for clock, *row in rows if clock < 0x8000]  # from then on
+    ends = [next(ms for ms, bit, _ in rows if not bit), next(ms for ms, _, state in rows if state not in (ON_TARGET, None))]
+    report(f"bit 10 ends {ends[0]:.0f} ms, 3072:5 {ends[1]:.0f} ms after 60F4 has left the window")
+    assert max(ends) <= window_ms + 2
+    assert all(not bit and state != ON_TARGET for ms, bit, state in rows if ms > window_ms + 2)
+    master.wait_until(lambda: camera.state == ON_TARGET and azimuth.get(0x6041) & TARGET_REACHED, 5)
