@@ -4,35 +4,36 @@ import math
 import struct
 
 import pytest
-from axis import ACKNOWLEDGED, ENABLE, NEW_SETPOINT, PP, PV, TARGET_REACHED, TPDO8, Axis, micro_rad, tenth_micro_rad
-from device import PROJECT, Served
+from axis import ACKNOWLEDGED, CSP, ENABLE, NEW_SETPOINT, PP, PV, TARGET_REACHED, TPDO8, Axis, micro_rad, tenth_micro_rad
+from device import DEVICES, FAST, PROJECT
 from master import Master
 
 OPEN = 0x6E65706F
 RELATIVE = 0x40
 TURN = 2e7 * math.pi
+RANGE_TURNS = 64
 DEG_S = 60
-SPEED = 100
+AS_FAST_AS_IT_CAN = 100
 
-pytestmark = pytest.mark.simulator
+up_and_down = pytest.mark.parametrize("side", [1, -1], ids=["up", "down"])
 
 
 @pytest.fixture
-def endless(tmp_path):
-    """The azimuth of a tracker with a slip ring, at many times real time."""
+def endless(tmp_path, pytestconfig, request):
+    """The azimuth of a tracker with a slip ring."""
+    chosen = request.node.get_closest_marker("speed")
+    make = DEVICES[pytestconfig.getoption("--device")]
     plant = tmp_path / "endless.toml"
     text = (PROJECT / "sim_host/plants/tracker.toml").read_text()
     for line in ("end_stops_deg = [-280.0, 280.0]\n", "cable_stiffness_nm_rad = 0.1\n"):
         assert line in text
         text = text.replace(line, "", 1)
     plant.write_text(text)
-    served = Served("slcan-tcp:0", "--plant", str(plant), "--speed", str(SPEED)).wait_until_ready()
+    served = make("slcan-tcp:0", chosen.args[0] if chosen else FAST, "--plant", str(plant))
     master = Master(served.open_bus())
     master.start()
     master.node.sdo[0x3040][1].raw = OPEN
     axis = Axis(master, 0)
-    for index, sub, value in ((0x607D, 1, 0), (0x607D, 2, 0), (0x2060, 9, 0.0), (0x2060, 10, 0.0), (0x2060, 21, 1.0)):
-        axis.set(value, index, sub)
     axis.set(micro_rad(DEG_S + 5), 0x607F)
     axis.set(micro_rad(DEG_S), 0x6081)
     yield axis
@@ -40,39 +41,108 @@ def endless(tmp_path):
     served.close()
 
 
-def true_counts(axis):
-    """The turns that the encoder has made are counted from its 2^-32 turn, every 20 ms."""
-    master, seen = axis.master, []
-    identifier = master.sample(TPDO8, [0x21010420, 0x60640020])
+def remove_the_travel(axis):
+    for index, sub, value in ((0x607D, 1, 0), (0x607D, 2, 0), (0x2060, 9, 0.0), (0x2060, 10, 0.0), (0x2060, 21, 1.0)):
+        axis.set(value, index, sub)
+    axis.wait_until(lambda: [axis.get(0x607B, sub) for sub in (1, 2)] == [-2010619298, 2010619298])
 
-    def hear(_identifier, data, _time):
+
+def be_seen_31_turns_away(axis, side):
+    """It may be there by its travel, and has been seen there (2061:5): the way there in no time."""
+    axis.set(side * 200.0, 0x2060, 10 if side > 0 else 9)
+    axis.wait_until(lambda: axis.get(0x2061, 1) & 2)
+    axis.set(side * 31, 0x2061, 5)
+    axis.wait_until(lambda: axis.get(0x2061, 1) == 0)
+    assert axis.get(0x6064) / TURN == pytest.approx(side * 31, abs=0.01)
+
+
+class Encoder:
+    """The turns that it has made are counted from its 2^-32 turn, every 20 ms, beside 6064."""
+
+    def __init__(self, axis):
+        self.seen = []
+        axis.master.network.subscribe(axis.master.sample(TPDO8, [0x21010420, 0x60640020]), self.hear)
+        axis.wait_until(lambda: self.seen)
+
+    def hear(self, _identifier, data, _time):
         angle, position = struct.unpack("<Ll", data)
-        turns = angle / 2**32 if not seen else seen[-1][0] + ((angle / 2**32 - seen[-1][0] + 0.5) % 1.0 - 0.5)
-        seen.append((turns, position))
+        last = self.turns if self.seen else position / TURN
+        self.seen.append((last + ((angle / 2**32 - last + 0.5) % 1.0 - 0.5), position))
 
-    master.network.subscribe(identifier, hear)
-    return seen
+    @property
+    def turns(self):
+        return self.seen[-1][0]
+
+    def check_position(self):
+        """6064 was the true angle modulo 64 turns, to 1 count, in every sample."""
+        away = [(position / TURN - turns + RANGE_TURNS / 2) % RANGE_TURNS - RANGE_TURNS / 2 for turns, position in self.seen]
+        assert max(map(abs, away)) * TURN < 2
 
 
-def test_6064_is_the_true_angle_modulo_64_turns_and_moves_are_as_ordered(endless):
-    assert [endless.get(0x607B, sub) for sub in (1, 2)] == [-2010619298, 2010619298]
-    seen = true_counts(endless)
-    endless.enable(PV)
-    endless.set(micro_rad(-DEG_S), 0x60FF)
-    endless.wait_until(lambda: abs(seen[-1][0]) > 34.5, 400)
-    endless.set(0, 0x60FF)
-    endless.wait_for_standstill(5)
-    offset = round(seen[0][0] - seen[0][1] / TURN)
-    for turns, position in seen:
-        away = (position / TURN - (turns - offset) + 32) % 64 - 32
-        assert abs(away) * TURN < 2 or abs(abs(away) - 64) * TURN < 2
-    endless.set(PP, 0x6060)
-    endless.wait_until(lambda: endless.get(0x6061) == PP)
-    before = seen[-1][0]
-    endless.set(tenth_micro_rad(-10), 0x607A)
-    endless.command(ENABLE | NEW_SETPOINT | RELATIVE)
-    endless.wait_until(lambda: endless.get(0x6041) & ACKNOWLEDGED)
-    endless.command(ENABLE)
-    endless.wait_until(lambda: endless.get(0x6041) & TARGET_REACHED, 5)
-    endless.master.pass_time(200)
-    assert 360 * (seen[-1][0] - before) == pytest.approx(-10, abs=0.05)
+def turn_until(axis, encoder, side, turns):
+    axis.enable(PV)
+    axis.set(side * micro_rad(DEG_S), 0x60FF)
+    axis.wait_until(lambda: side * encoder.turns > turns, 400)
+    axis.set(0, 0x60FF)
+    axis.wait_for_standstill(5)
+
+
+def select(axis, mode):
+    axis.set(mode, 0x6060)
+    axis.wait_until(lambda: axis.get(0x6061) == mode)
+
+
+def move_by(axis, encoder, degrees):
+    """Relative, in pp; where the encoder has seen it end."""
+    before = encoder.turns
+    axis.set(tenth_micro_rad(degrees), 0x607A)
+    axis.command(ENABLE | NEW_SETPOINT | RELATIVE)
+    axis.wait_until(lambda: axis.get(0x6041) & ACKNOWLEDGED)
+    axis.command(ENABLE)
+    axis.wait_until(lambda: axis.get(0x6041) & TARGET_REACHED and not axis.get(0x6041) & ACKNOWLEDGED, 10)
+    axis.master.pass_time(200)
+    assert 360 * (encoder.turns - before) == pytest.approx(degrees, abs=0.05)
+
+
+def stream_by(axis, encoder, degrees):
+    """In csp at 20 deg/s: a set-point every 100 ms, modulo 64 turns, and the last one for half a second more."""
+    before, start = encoder.turns, axis.get(0x6062)
+    axis.set(100, 0x60C2, 1)
+    steps = round(abs(degrees) / 2.0)
+    for step in range(1, steps + 6):
+        target = start / TURN + degrees / 360 * min(step / steps, 1.0)
+        axis.set(round(((target + RANGE_TURNS / 2) % RANGE_TURNS - RANGE_TURNS / 2) * TURN), 0x607A)
+        sent = len(encoder.seen)
+        axis.wait_until(lambda sent=sent: len(encoder.seen) >= sent + 5)
+    assert 360 * (encoder.turns - before) == pytest.approx(degrees, abs=0.05)
+
+
+@up_and_down
+def test_moves_across_the_wrap_are_as_ordered(endless, side):
+    be_seen_31_turns_away(endless, side)
+    remove_the_travel(endless)
+    assert endless.get(0x6064) / TURN == pytest.approx(side * 31, abs=0.01)
+    encoder = Encoder(endless)
+    turn_until(endless, encoder, side, 31.87)  # it stops at 31.96
+    select(endless, PP)
+    for degrees in (40, -40, 40):
+        move_by(endless, encoder, side * degrees)
+    assert endless.get(0x6064) / TURN == pytest.approx(encoder.turns - side * RANGE_TURNS, abs=1e-4)  # beyond the wrap
+    select(endless, CSP)
+    for degrees in (-40, 40):
+        stream_by(endless, encoder, side * degrees)
+    encoder.check_position()
+    assert min(abs(turns) for turns, _ in encoder.seen[-300:]) < RANGE_TURNS / 2 < abs(encoder.turns)
+    assert endless.get(0x603F) == 0
+
+
+@pytest.mark.simulator
+@pytest.mark.speed(AS_FAST_AS_IT_CAN)
+@up_and_down
+def test_6064_is_the_true_angle_modulo_64_turns_after_34_turns(endless, side):
+    remove_the_travel(endless)
+    encoder = Encoder(endless)
+    turn_until(endless, encoder, side, 34.5)
+    encoder.check_position()
+    select(endless, PP)
+    move_by(endless, encoder, -10 * side)
