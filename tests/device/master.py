@@ -1,6 +1,7 @@
-"""A CANopen master with the node in its network: python-canopen, unmodified, and the frames that it receives.
+"""A CANopen master with the node in its network: python-canopen with longer time-outs, and the frames that it receives.
 
 Time is the node's: object 3010:1 counts its ms. The computer's clock only ends a test whose node has died.
+test_unmodified_clients.py has the client with its own time-outs.
 """
 
 import collections
