@@ -1,4 +1,4 @@
-"""python-canopen and its p402 with their own time-outs: a user's first program. Arguments: HOST:PORT and the EDS.
+"""python-canopen and its p402 with their own time-outs: a user's first program. Arguments: the EDS and HOST:PORT.
 
 Prints a JSON object for each step: its name, what went wrong, and the node's time over the computer's.
 """
@@ -67,7 +67,7 @@ def take(step, node):
     return {"step": step.__name__, "error": error, "pace": pace}
 
 
-def main(address, descriptions):
+def main(descriptions, address):
     host, port = address.rsplit(":", 1)
     network = canopen.Network(bus=SlcanTcpBus(host, int(port)))
     network.connect()
