@@ -119,6 +119,29 @@ static void test_a_stop_by_sdo_is_not_undone_by_an_rpdo(void) {
   TEST_ASSERT_EQUAL_HEX32(STATE_OFF, state_of(0));
 }
 
+static void give_at(uint16_t received_us, uint32_t id, uint8_t length, const uint8_t *bytes) {
+  can_frame frame = {.id = id, .length = length, .received_us = received_us};
+  memcpy(frame.data, bytes, length);
+  TEST_ASSERT_TRUE(servo_node_receive(&node, &frame));
+}
+
+/* Both arrive while the deferred task runs, so it comes before the tick that takes the RPDO. 605C = 0. */
+static void test_a_controlword_by_sdo_does_not_overtake_one_by_pdo(void) {
+  static const struct {
+    uint16_t rpdo_us, sdo_us; /* modulo 2^16 */
+    uint32_t state;
+  } rows[] = {{100, 300, STATE_READY}, {65500, 50, STATE_READY}, {300, 100, STATE_SWITCHED_ON}};
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    turn_with_quick_stop_option(2);
+    SET(0x605C, 0, 0);
+    give_at(rows[i].rpdo_us, RPDO1, 3, (const uint8_t[]){0x07, 0, PV});
+    give_at(rows[i].sdo_us, 0x600 + NODE_ID, 8, (const uint8_t[]){0x2B, 0x40, 0x60, 0, 0x06, 0});
+    servo_node_serve(&node);
+    wait_ms(10);
+    TEST_ASSERT_EQUAL_HEX32(rows[i].state, state_of(0));
+  }
+}
+
 /* 60 frames within one tick: the queue of 64 is more than half full. The stop comes behind them. */
 static void test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms(void) {
   turn_with_quick_stop_option(2);
@@ -244,6 +267,7 @@ int main(void) {
   RUN_TEST(test_halt_is_a_level);
   RUN_TEST(test_each_edge_of_bit_4_starts_a_move_with_its_own_target);
   RUN_TEST(test_a_stop_by_sdo_is_not_undone_by_an_rpdo);
+  RUN_TEST(test_a_controlword_by_sdo_does_not_overtake_one_by_pdo);
   RUN_TEST(test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms);
   RUN_TEST(test_an_edge_of_bit_7_within_one_tick_resets_the_fault);
   RUN_TEST(test_nmt_commands_and_controlwords_of_one_tick_count_in_their_order);

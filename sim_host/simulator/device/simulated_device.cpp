@@ -47,13 +47,6 @@ void SimulatedDevice::receive(const can_frame& frame) {
   }
 }
 
-void SimulatedDevice::answer() {
-  canopen_node *canopen = &node_.node().canopen;
-  if (can_queue_front(&canopen->process_data) == nullptr) {
-    canopen_node_answer(canopen);
-  }
-}
-
 void SimulatedDevice::pass_ms() {
   constexpr int kParts = 4;  // answers come within the millisecond, as on the board
   for (int part = 0; part < kParts; ++part) {

@@ -33,8 +33,7 @@ class SimulatedDevice : public Device {
   ~SimulatedDevice() override;
 
   void tick() override { node_.tick(); }
-  // No request overtakes process data that came before it and waits for the tick.
-  void answer() override;
+  void answer() override { canopen_node_answer(&node_.node().canopen); }
   void pass_ms() override;
   // An interface that was down counts as a bus-off.
   void take_health(CanHealth health) override;
