@@ -9,7 +9,7 @@ enum {
 };
 
 #define FEWEST_TICKS 1.0f /* in which the believed error changes */
-#define SURE 1.3f         /* half intervals; of many estimates one is off by more than 1.0 by chance */
+#define SURE 2.0f         /* half intervals: of many estimates, some are off by more than 1.0 by chance */
 #define LONGER_STEP 1.25f
 #define FAR_TICKS 3.0f
 
