@@ -81,6 +81,8 @@ class Recorder:
         self.path = path
         self.samples = 0
         self.error = ""
+        self._written = 0
+        """Samples of the chunks that the system has taken; a reader finds all of them."""
         self._fields = [field_of(signal) for signal in signals]
         self._queue: queue.Queue[Samples | None] = queue.Queue()
         self._times = MeasuredTime()
@@ -124,20 +126,29 @@ class Recorder:
                 self._write(samples)
             self._writer.finish()
         except OSError as error:
-            self.error = f"{self.path}: the recording has ended: {error.strerror}. What was written before is readable."
+            self._fail(str(error.strerror))
         except Exception as error:  # noqa: BLE001 - the page shows it
-            self.error = f"{self.path}: the recording has ended: internal error of servoctl: {error!r}. What was written before is readable."
+            self._fail(f"internal error of servoctl: {error!r}")
         try:
             self._file.close()
         except OSError:
             pass  # the disk is full
 
+    def _fail(self, why: str) -> None:
+        self.samples = self._written
+        left = f"The {self.samples} samples written before are readable." if self.samples else "No sample was written before."
+        self.error = f"{self.path}: the recording has ended: {why}. {left}"
+
     def _write(self, samples: Samples) -> None:
+        place = self._file.tell()
         for tick, row in zip(samples.ticks.tolist(), samples.values.T.astype(np.float64).tolist(), strict=True):
             stamp = self._begun_ns + self._times.of(tick)
             data = json.dumps({"tick": tick, **dict(zip(self._fields, row, strict=True))}).encode()
             self._writer.add_message(self._channel, stamp, data, stamp)
             self.samples += 1
+            if (now := self._file.tell()) != place:  # a chunk was complete
+                self._file.flush()
+                self._written, place = self.samples, now
 
 
 @dataclass(frozen=True)

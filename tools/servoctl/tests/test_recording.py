@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import errno
+import resource
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from servoctl.signal_stream import SETS, Samples
 
 SIGNALS = SETS["both"]
 COUNT = 5000
+CHUNK = 300
+"""Samples that a chunk has at least."""
 
 
 def samples(first: int, count: int) -> Samples:
@@ -61,13 +64,37 @@ def test_a_file_that_was_cut_is_read_up_to_the_cut(tmp_path: Path) -> None:
     assert np.array_equal(found.samples.values, samples(0, len(found.samples.ticks)).values)
 
 
-def test_a_full_disk_ends_the_recording_with_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: Recorder, found: Samples) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
+@pytest.mark.parametrize(("room", "least"), [(1000, 0), (50_000, 1), (200_000, 2 * CHUNK)])
+def test_a_full_disk_ends_the_recording_and_what_it_says_is_readable(tmp_path: Path, room: int, least: int) -> None:
+    """The largest file that this process may write ends a write as a full disk does."""
+    path = tmp_path / "a.mcap"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+        recorder = record(path, *(samples(n, 500) for n in range(0, 20_000, 500)))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert "a.mcap: the recording has ended: File too large. " in recorder.error
+    if least == 0:
+        assert recorder.error.endswith("No sample was written before.") and recorder.samples == 0
+        with pytest.raises(InputError, match="it has no samples"):
+            read(path)
+        return
+    assert recorder.error.endswith(f"The {recorder.samples} samples written before are readable.")
+    found = read(path)
+    assert not found.whole and least <= recorder.samples <= len(found.samples.ticks) < 20_000
+    assert np.array_equal(found.samples.values, samples(0, len(found.samples.ticks)).values)
 
-    monkeypatch.setattr(Recorder, "_write", full)
-    recorder = record(tmp_path / "a.mcap", samples(0, 10))
-    assert "the recording has ended: No space left on device" in recorder.error
+
+def test_a_recording_that_goes_on_is_readable_up_to_its_last_second(tmp_path: Path) -> None:
+    """As after its server was killed."""
+    recorder = Recorder(tmp_path / "a.mcap", SIGNALS, 1, {})
+    recorder.add(samples(0, COUNT))
+    while recorder.samples < COUNT:
+        time.sleep(0.01)
+    time.sleep(0.1)
+    assert COUNT - 1000 < len(read(tmp_path / "a.mcap").samples.ticks) < COUNT
+    recorder.close()
 
 
 def test_an_unexpected_error_ends_the_recording_with_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +104,7 @@ def test_an_unexpected_error_ends_the_recording_with_a_sentence(tmp_path: Path, 
     monkeypatch.setattr(Recorder, "_write", fail)
     recorder = record(tmp_path / "a.mcap", samples(0, 10), samples(10, 10))
     assert recorder.error.endswith(
-        "the recording has ended: internal error of servoctl: KeyError('a fault'). What was written before is readable."
+        "the recording has ended: internal error of servoctl: KeyError('a fault'). No sample was written before."
     )
 
 
