@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+import servoctl
+from servoctl.recording import read
+
 from .conftest import PACKAGE, ROOT, Bench
 
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -30,6 +33,16 @@ def test_the_examples_of_the_library_run(servo: Bench) -> None:
     for part in ("N m s/rad", "->", "samples, torque", "ward: overshoot", "phase margin", "did you mean azimuth.speed_loop"):
         assert part in done.stdout, done.stdout
     assert servo.json("state", "azimuth")["axes"][0]["state"] == "switch on disabled"
+
+
+def test_what_the_package_offers_is_imported_when_it_is_used_and_is_that_of_its_module() -> None:
+    code = "import sys, servoctl; assert 'can' not in sys.modules; from servoctl import *; print(len(dir(servoctl)), Device.__module__, LiveAxis)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=PACKAGE, text=True, capture_output=True)
+    assert done.returncode == 0 and "servoctl.device" in done.stdout, done.stderr
+    assert servoctl.read_recording is read
+    assert {getattr(servoctl, name).__name__ for name in servoctl.__all__} == {*servoctl.__all__, "read"} - {"read_recording"}
+    with pytest.raises(AttributeError, match="no attribute 'Devise'"):
+        servoctl.Devise  # noqa: B018
 
 
 def test_the_examples_are_typed(tmp_path: Path) -> None:
