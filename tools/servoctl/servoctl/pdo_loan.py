@@ -9,6 +9,7 @@ from __future__ import annotations
 from .device import Device
 
 _OFF = 0x80000000
+_NO_REQUEST = 0x40000000
 _FREE_IDENTIFIERS = range(0x680, 0x6E0)
 """Free in CANopen's predefined set."""
 _BORROWED_IDENTIFIERS = range(0x6B0, 0x6E0)
@@ -70,6 +71,8 @@ class PdoLoan:
 
     def _defaults(self) -> tuple[int, int, int, int, list[int]]:
         """The PDO's defaults: a killed program has left our mapping, and the former one is unknown."""
+        if not self._device.schema_fits:
+            return self._unknown(), 255, 0, 0, []
         schema = self._device.schema
 
         def default(index: int, sub: int) -> int:
@@ -84,6 +87,14 @@ class PdoLoan:
             default(self._communication, 5),
             [default(self._mapping, sub) for sub in range(1, count + 1)],
         )
+
+    def _unknown(self) -> int:
+        """Identifier of a PDO whose defaults are not at hand: that of the predefined set or of a further TPDO, and off."""
+        n = self._communication & 0x1FF
+        if not self._has_inhibit:
+            return _OFF | 0x200 + 0x100 * n + self._device.node_id
+        base = 0x180 + 0x100 * n if n < _FIRST_FURTHER_TPDO & 0x1FF else 0x67F + _NODES * (n - (_FIRST_FURTHER_TPDO & 0x1FF))
+        return _OFF | _NO_REQUEST | base + self._device.node_id
 
     def _slow_down(self, inhibit_100us: int) -> int:
         """A default inhibit time, which is that of 1 Mbit/s, at the bus' bit rate."""

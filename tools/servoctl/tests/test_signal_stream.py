@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -19,7 +21,7 @@ from servoctl.recorder import TickGatherer, TickRecorder
 from servoctl.signal_stream import SETS, Samples, SignalStream, sample_period_ms
 from servoctl.units import degrees
 
-from .conftest import Bench
+from .conftest import PARAMETERS, Bench
 from .page_bench import wait_for
 
 pytestmark = pytest.mark.real_time
@@ -220,6 +222,25 @@ def test_a_masters_tpdo5_is_given_back_and_that_of_a_killed_program_is_switched_
             for n in range(4):
                 device.write_int(0x1804 + n, 1, 0xC0000680 + 12 * n, 4)
                 device.write_int(0x1A04 + n, 0, 0, 1)
+
+
+@pytest.mark.parametrize(("communication", "mapped"), [(0x1801, 0x60410010), (0x1806, 0x60410010), (0x1403, 0x60FF0020)])
+def test_firmware_of_another_release_streams_although_a_killed_program_has_left_its_pdos(
+    servo: Bench, tmp_path: Path, communication: int, mapped: int
+) -> None:
+    """Their defaults are not known then: they are switched off."""
+    other = tmp_path / "other.json"
+    content = json.loads(PARAMETERS.read_text(encoding="utf-8"))
+    other.write_text(json.dumps(content | {"schema_hash": content["schema_hash"] ^ 1}), encoding="utf-8")
+    with Device(parse_bus(servo.bus), 1) as device:
+        before = device.read_int(communication, 1)
+        loan = PdoLoan(device, communication, communication + 0x200)
+        loan.take(borrowed_identifiers(1)[0], [mapped], event_ms=0)  # and is killed
+        with Device(parse_bus(servo.bus), 1, other) as unknown, SignalStream(unknown):
+            assert not unknown.schema_fits
+        assert device.read_int(communication, 1) == before | 0x80000000 and device.read_int(communication + 0x200) == 0
+        loan.give_back()
+        assert device.read_int(communication, 1) == before
 
 
 @pytest.mark.parametrize(("communication", "mapped"), [(0x1801, 0x60410010), (0x1804, 0x60410010), (0x1403, 0x60FF0020)])
