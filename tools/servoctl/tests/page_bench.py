@@ -174,7 +174,7 @@ def opened(browser: Browser, server: Server, draws_rarely: bool = True) -> Itera
         wait_for_text(page.locator("#link"), "operational")
         yield page
     except BaseException:
-        print(f"events of the page: {page.locator('#events li').all_text_contents()}")
+        print(f"link: {page.locator('#link').get_attribute('title')}; events: {page.locator('#events li').all_text_contents()}")
         raise
     finally:
         context.close()

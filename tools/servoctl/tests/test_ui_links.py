@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import socket
 from contextlib import closing
 from pathlib import Path
 
@@ -44,9 +46,10 @@ def test_the_device_stops_by_itself_when_the_server_is_killed(servo: Bench, brow
         command_and_enable(page)
         jog(page)
         server.process.kill()
-        begun = ticks(servo)
+        wait_for_text(page.locator("#trouble"), "This page commanded, so the axes stop meanwhile.")
+        last = page.evaluate("trackservo.plots.history.lastTick")  # that the server has sent
         wait_for(lambda: standing(servo)["state"] == "fault", "at rest, in the fault")
-    check_reaction(servo, "server killed", begun)
+    check_reaction(servo, "server killed", last)
 
     with running(servo) as again, opened(browser, again) as page:
         wait_for_state(page, "fault")
@@ -54,20 +57,39 @@ def test_the_device_stops_by_itself_when_the_server_is_killed(servo: Bench, brow
         take_command(page)
         page.get_by_role("tab", name="Faults").click()
         wait_for_text(page.locator("#faults"), "Remedy:")
-        wait_for_text(page.locator("#faults details").first, "heartbeat lost")
+        newest = page.locator("#faults details").first
+        wait_for_text(newest, "heartbeat lost")
+        assert newest.locator("tbody tr").count() == len(servo.json("faults")["log"]["entries"][0]["samples"]) > FEWEST_TICKS
+        newest.locator("summary").click()
+        assert newest.locator("thead").is_visible() and "torque N m" in (newest.locator("thead").text_content() or "")
         reset_faults(page)
 
 
+FEWEST_TICKS = 10
+"""Before a fault, in its table."""
+
+
+def test_stop_without_a_server_is_sent_when_it_is_there_again(servo: Bench, browser: Browser) -> None:
+    """By the page of a viewer, which does not claim that the axes stop."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    with running(servo, "--port", port) as server, opened(browser, server) as page:
+        server.process.kill()
+        wait_for_text(page.locator("#trouble"), "This page only viewed: the axes may go on.")
+        page.keyboard.press("Escape")
+        wait_for_text(page.locator("#trouble"), "STOP could not be sent: it is sent as soon as the connection is back.")
+        server.process.wait()
+        with running(servo, "--port", port):
+            wait_for(lambda: any("stop: STOP on page" in each for each in events(page)), "the stop")
+            assert page.locator("#trouble").is_hidden() and not page.evaluate("trackservo.connection.stopWaits")
+
+
 def check_reaction(servo: Bench, what: str, begun: int) -> None:
-    """By the device's own supervision, from a tick at the event or just after it to that of the fault."""
+    """By the device's own supervision, from the last tick before the event to that of the fault."""
     newest = servo.json("faults")["log"]["entries"][0]
     reaction_ms = newest["tick"] - begun
     print(f"{what}: the fault '{newest['name']}' came after {reaction_ms} ms (at most {1e3 * SUPERVISED_S:.0f} ms required)")
     assert 0 < reaction_ms <= 1e3 * SUPERVISED_S
-
-
-def ticks(servo: Bench) -> int:
-    return int(servo.json("get", "0x3010:1")[0]["value"])
 
 
 def reset_faults(page: Page) -> None:

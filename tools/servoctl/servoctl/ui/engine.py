@@ -168,7 +168,8 @@ class Engine:
         self.end_recording()
 
     def stop(self, why: str) -> None:
-        """Quick stop of both axes, at once; what was ordered before it and waits is refused."""
+        """Quick stop of both axes, at once; what was ordered before it and waits is refused. Without a connection to the node
+        it is kept until there is one."""
         self._withdraw(f"the axes were stopped before its turn came ({why})")
         device, frames = self._device, self._stop_frames
         if device is not None:
@@ -179,6 +180,8 @@ class Engine:
             self._why = why
             self._stopped |= self._measured
         self._jobs.put(None)
+        if device is None:
+            self.say(f"{why}: there is no connection to the node; the axes are stopped as soon as there is one", "bad")
 
     def _withdraw(self, why: str) -> None:
         """No order from before now is carried out."""
@@ -328,8 +331,8 @@ class Engine:
         self._tracks = all(tracking.is_supported(device, axis) for axis in range(len(AXES)))
         self._withdraw("the node was connected only after it was ordered")
         with self._lock:
-            self._why = "the link was lost" if self._unfinished else None
-        if self._unfinished:
+            self._why = "the link was lost" if self._unfinished else self._why
+        if self._why is not None:
             self._stop_at_once(device, frames)
         self._device, self._stop_frames, self._load = device, frames, load
         jobs = Jobs(self, device, self._held)
@@ -353,13 +356,14 @@ class Engine:
             self._close_stream()
 
     def _stop_at_once(self, device: Device, frames: StopFrames) -> None:
-        """What has moved since the link was lost; the SDOs follow. The node misses our heartbeat nevertheless, and is then
-        pre-operational."""
+        """What has moved since the link was lost, or was to be stopped while there was none; the SDOs follow. The node misses our
+        heartbeat nevertheless, and is then pre-operational."""
         for axis in range(len(AXES)):
             frames.note_mode(axis, Drive(device, axis).mode_number())
         frames.send()
-        self._unfinished = False
-        self._rejoin_until_s = time.monotonic() + REJOIN_S
+        if self._unfinished:
+            self._unfinished = False
+            self._rejoin_until_s = time.monotonic() + REJOIN_S
 
     def _start_again(self, device: Device) -> None:
         """A node that we have seen operational sends samples again; after a lost heartbeat it is pre-operational. Its axes

@@ -7,12 +7,14 @@ export class Connection {
     this.handlers = handlers;
     this.waiting = new Map();
     this.number = 0;
+    this.stopWaits = false;
     this.open();
   }
 
   open() {
     this.socket = new WebSocket(`ws://${location.host}/ws`);
     this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => this.sendStop();
     this.socket.onmessage = (event) => this.take(event.data);
     this.socket.onclose = () => {
       for (const { reject } of this.waiting.values()) reject(new Error("the page has lost its server."));
@@ -41,6 +43,16 @@ export class Connection {
   // Without an answer.
   send(what, values = {}) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: what, ...values }));
+  }
+
+  // Kept until the server has answered, and sent again when the connection is back.
+  stop() {
+    this.stopWaits = true;
+    this.sendStop();
+  }
+
+  sendStop() {
+    if (this.stopWaits) this.ask("stop").then(() => { this.stopWaits = false; }, () => {});
   }
 
   ask(what, values = {}) {

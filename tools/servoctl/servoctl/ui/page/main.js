@@ -18,6 +18,9 @@ import { showFaults } from "./faults.js";
 const $ = (id) => document.getElementById(id);
 let state = null;
 let mine = false;
+let connected = false;
+// When the connection was lost.
+let commanded = false;
 
 // --- messages to the reader -------------------------------------------------------------------------------------------
 
@@ -52,12 +55,20 @@ const connection = new Connection({
   state: (received) => show(received),
   events: addEvents,
   lost: () => {
+    commanded = commanded || mine;
     mine = false;
-    $("trouble").hidden = false;
-    setText($("trouble"), "The page has lost its server: is 'servoctl ui' running? It connects again by itself. The axes stop meanwhile.");
+    connected = false;
+    sayLost();
     for (const card of cards) card.disable();
   },
 });
+
+function sayLost() {
+  const axes = commanded ? "This page commanded, so the axes stop meanwhile." : "This page only viewed: the axes may go on.";
+  const waits = connection.stopWaits ? " STOP could not be sent: it is sent as soon as the connection is back." : "";
+  $("trouble").hidden = false;
+  setText($("trouble"), `The page has lost its server: is 'servoctl ui' running? It connects again by itself. ${axes}${waits}`);
+}
 
 async function ask(what, values) {
   try {
@@ -90,6 +101,8 @@ function show(received) {
   state = received;
   const { link, node, stream, pages } = received;
   mine = pages.commander === pages.you;
+  connected = true;
+  commanded = false;
   setText($("node-name"), node.node ? `${node.name ?? ""} · node ${node.node} · ${node.firmware ?? node.software ?? ""}` : "");
   setText($("link"), link.up ? (node.nmt ?? "connected") : "no connection");
   $("link").className = `chip ${link.up ? (node.nmt === "operational" ? "good" : "") : "bad"}`;
@@ -148,7 +161,8 @@ addEventListener("beforeinput", (event) => {
 function stop() {
   cancelPlan();
   for (const card of cards) card.forget();
-  connection.send("stop");
+  connection.stop();
+  if (!connected) sayLost();
 }
 
 $("stop").addEventListener("click", stop);
