@@ -87,6 +87,15 @@ class NodeLimits:
                 )
 
 
+def limits_data(limits: NodeLimits) -> dict[str, float | None]:
+    """For a page, in ° and °/s; None for a travel without limit."""
+    return {
+        "low_deg": degrees(limits.lowest.value) if limits.has_travel else None,
+        "high_deg": degrees(limits.highest.value) if limits.has_travel else None,
+        "rate_deg_s": degrees(limits.fastest.value),
+    }
+
+
 def _down(value: float) -> str:
     """Rounded so that the printed value is within."""
     return f"{int(value * 100) / 100:.2f}"

@@ -20,6 +20,8 @@ from websockets.typing import Origin
 
 from servoctl.bus import parse_bus
 from servoctl.device import Device
+from servoctl.errors import ConnectionFailed
+from servoctl.signal_stream import SignalStream
 from servoctl.ui import engine
 from servoctl.ui.access import Access
 from servoctl.ui.engine import Engine
@@ -182,6 +184,44 @@ def test_a_running_step_is_stopped(servo: Bench, server: Server) -> None:
         check_stopped(servo, "stop during a step", listener, begun)
         assert "error" in page.answer(stepping)
         server.stays_off(page)
+
+
+def test_a_stop_without_a_node_is_kept_until_the_node_answers(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in servo.environment.items():
+        monkeypatch.setenv(name, value)
+    servo.json("state", "azimuth", "enable")
+    answers: list[bool] = []
+
+    def connect() -> Device:
+        if not answers:
+            raise ConnectionFailed("no node in this test.")
+        return Device(parse_bus(servo.bus), 1)
+
+    alone = Engine(connect, "the servo")
+    alone.start()
+    try:
+        alone.stop("STOP on page 1")
+        said = "STOP on page 1: there is no connection to the node; the axes are stopped as soon as there is one"
+        assert [event["text"] for event in alone.events(0)] == [said]
+        answers.append(True)
+        wait_for(lambda: any(event["text"].startswith("stop: STOP on page 1; ") for event in alone.events(0)), "the stop")
+        assert standing(servo)["state"] == OFF
+    finally:
+        alone.close()
+
+
+def test_samples_that_were_lost_are_counted_over_all_streams(server: Server) -> None:
+    with server.page() as page:
+        stream = server.engine._stream
+        assert isinstance(stream, SignalStream)
+        before = server.engine.state()["stream"]["missing"]
+        stream._gatherer.missing += LOST
+        assert server.engine.state()["stream"]["missing"] >= before + LOST
+        page.ask("choose", choice="pitch")
+        assert server.engine._stream is not stream and server.engine.state()["stream"]["missing"] >= before + LOST
+
+
+LOST = 7
 
 
 def test_an_order_after_a_stop_is_carried_out_and_a_reading_before_it_too(server: Server) -> None:

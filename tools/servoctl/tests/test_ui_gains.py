@@ -70,6 +70,59 @@ def test_a_gain_file_is_saved_compared_written_and_undone(servo: Bench, server: 
         assert page.locator("#gain-compare").is_hidden()
 
 
+def columns(page: Page) -> list[str]:
+    """Staged, active and stored value, unit and range of GAIN, as shown."""
+    return page.locator(f"#gains tr[data-name='{GAIN}'] td").all_text_contents()[2:]
+
+
+def test_staged_active_and_stored_values_stand_beside_each_other(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        take_command(page)
+        press(page.locator("#gain-store"))
+        wait_for_text(page.locator("#gain-file-note"), "stored in the device")
+        press(page.locator("#gain-read"))
+        wait_for(lambda: columns(page)[0] == "–" and columns(page)[1] == columns(page)[2] != "not known", "as stored")
+        old = columns(page)[1]
+        assert columns(page)[3:] == ["N m s/rad", "0.0 … 1000000.0"]
+        field = page.locator(f"#gains tr[data-name='{GAIN}'] input")
+        field.focus()
+        wait_for_text(page.locator("#gain-help"), f"{GAIN} (0x2000:01): 2 zeta w J for damping ratio zeta")
+        new = f"{1.1 * float(old):.2f}"
+        field.fill(new)
+        press(page.locator("#gain-apply"))
+        wait_for(lambda: columns(page)[:3] == ["–", new, old], "active and not stored")
+        wait_for_text(page.locator("#gain-note"), "applied in one piece")
+
+        assert servo("set", "--stage", f"{GAIN}={old}").code == 0
+        press(page.locator("#gain-read"))
+        wait_for(lambda: columns(page)[:3] == [old, new, old], "staged by another tool")
+        assert page.locator("#gain-staged").is_visible()
+        press(page.locator("#gain-discard"))
+        wait_for(page.locator("#gain-staged").is_hidden, "discarded")
+        wait_for(lambda: columns(page)[:3] == ["–", new, old], "nothing staged")
+        field.fill(old)
+        press(page.locator("#gain-apply"))
+        wait_for(lambda: columns(page)[:3] == ["–", old, old], "as before")
+
+
+def test_new_values_of_one_axis_stay_when_the_other_is_shown(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        take_command(page)
+        field, other = (page.locator(f"#gains tr[data-name='{name}'] input") for name in (GAIN, GAIN.replace("azimuth", "pitch")))
+        azimuth, pitch = (page.locator(f"[data-gains='{n}']") for n in (0, 1))
+        before = {name: servo.value(name) for name in (GAIN, GAIN.replace("azimuth", "pitch"))}
+        field.fill("800")
+        pitch.click()
+        wait_for_text(azimuth, "azimuth (1 new)")
+        assert float(other.input_value()) == pytest.approx(before[GAIN.replace("azimuth", "pitch")], rel=1e-4)
+        assert page.locator("#gain-apply").is_disabled()  # it would apply those that are shown
+        azimuth.click()
+        wait_for(lambda: field.count() == 1 and field.input_value() == "800", "the new value is there")
+        press(page.locator("#gain-clear"))
+        wait_for(lambda: azimuth.text_content() == "azimuth", "no new values")
+        assert {name: servo.value(name) for name in before} == before
+
+
 def test_a_guarded_gain_needs_the_lock_and_the_values_are_stored(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         take_command(page)

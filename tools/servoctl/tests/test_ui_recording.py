@@ -21,6 +21,7 @@ from .page_bench import (
     press,
     server,
     servo,
+    standing,
     take_command,
     wait_for,
     wait_for_state,
@@ -84,26 +85,44 @@ def test_a_full_disk_ends_the_recording_and_nothing_else(servo: Bench, server: S
         wait_for_text(page.locator("#record-note"), ".mcap: ")
         try:
             resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (FULL_BYTES, before[1]))
-            wait_for_text(page.locator("#record-note"), "What was written before is readable.")
+            wait_for_text(page.locator("#record-note"), "samples written before are readable.")
         finally:
             resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, before)
+        path, told = (page.locator("#record-note").text_content() or "").split(": the recording has ended: File too large. The ")
         live = page.evaluate("trackservo.plots.seen")
         wait_for(lambda: page.evaluate("trackservo.plots.seen") > live + 100, "the live samples go on")
         wait_for_state(page, "operation enabled")
         press(page.get_by_role("button", name="End recording"))
         wait_for(lambda: page.locator("#record").text_content() == "Record", "ended")
+        page.get_by_role("tab", name="Recordings").click()
+        press(page.get_by_role("button", name=f"Open {Path(path).name}"))
+        wait_for_text(page.locator("#recording-title"), "it was not ended, and is shown up to the last whole part")
+        assert page.evaluate("trackservo.plots.source().count") >= int(told.split()[0]) > FEWEST
 
 
-FULL_BYTES = 3000
+FULL_BYTES = 100_000
+FEWEST = 1000
+"""Samples in so many bytes, compressed, while the axis stands."""
 
 
-def test_signals_do_not_change_during_a_recording(servo: Bench, server: Server, browser: Browser) -> None:
+def begin_step(page: Page) -> None:
+    """By the page's controls."""
+    page.get_by_role("tab", name="Step").click()
+    press(page.get_by_role("button", name="Step …"))
+    wait_for_text(page.locator("#plan-text"), "azimuth will move")
+    press(page.get_by_role("button", name="Move", exact=True))
+
+
+def test_signals_do_not_change_and_nothing_borrows_the_stream_during_a_recording(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         take_command(page)
         press(page.get_by_role("button", name="Record", exact=True))
         wait_for_text(page.locator("#record-note"), " s")
         page.locator("#choice").select_option("azimuth")
         wait_for_text(page.locator("#toast"), "end the recording before you choose others")
+        begin_step(page)
+        wait_for_text(page.locator("#toast"), "the live view is being recorded, and this would leave a hole in it: end the recording first.")
+        assert standing(servo)["state"] == "switch on disabled"
         press(page.get_by_role("button", name="End recording"))
         wait_for(lambda: page.locator("#record").text_content() == "Record", "ended")
         answer = page.request.get(server.link + "recordings/../journal.mcap")

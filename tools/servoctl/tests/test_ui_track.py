@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.sync_api import Browser, Page
 
@@ -55,6 +57,7 @@ def follow(page: Page) -> None:
     """By the page's controls, up to the camera's first frame."""
     press(page.locator("#track-follow"))
     wait_for_text(page.locator("#plan-text"), "will follow what the camera sees")
+    assert re.search(r"azimuth from \S+°, between -\S+° and \S+°, at up to \d+\.?\d* °/s", page.locator("#plan-text").text_content() or "")
     press(page.get_by_role("button", name="Move", exact=True))
 
 

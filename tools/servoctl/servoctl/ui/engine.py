@@ -30,13 +30,12 @@ from ..errors import ConnectionFailed, MotionError, ServoctlError
 from ..fault_table import FaultTable, find_faults
 from ..interrupts import deaf
 from ..loop_test import MeasuredLoop
-from ..node_limits import read_limits
+from ..node_limits import limits_data, read_limits
 from ..parameter import AXES
 from ..recorded_signals import RecordedSignals
 from ..recording import Recorder
 from ..signal_stream import SETS, Samples, Signal, SignalStream
 from ..stop_frames import StopFrames
-from ..units import degrees
 from .held_axis import HeldAxis
 from .jobs import Jobs
 from .page_words import of_page
@@ -119,6 +118,8 @@ class Engine:
         self._stop_frames: StopFrames | None = None
         self._device: Device | None = None
         self._stream: SignalStream | RecordedSignals | None = None
+        self._missing_before = 0
+        """Samples that earlier streams have missed."""
         self._held: dict[int, HeldAxis] = {}
         self._choice = "both"
         self._was_operational = False
@@ -236,7 +237,9 @@ class Engine:
 
     def state(self) -> dict[str, Any]:
         """Everything that is known now."""
-        stream, load, scope, recorder = self._stream, self._load, self.scope, self.recorder
+        load, scope, recorder = self._load, self.scope, self.recorder
+        with self._lock:
+            stream, missing = self._stream, self._missing_before
         signals = stream.signals if stream else ()
         return {
             "link": self._link,
@@ -247,7 +250,7 @@ class Engine:
             "scope": {"phase": self._scope_phase, "waited_s": scope.waited_s, "captured_s": scope.captured_s} if scope else None,
             "stream": {
                 "choice": self._choice, "choices": list(SETS), "period_ms": stream.period_ms if stream else 0,
-                "missing": stream.missing if stream else 0, "signals": [_signal(signal) for signal in signals],
+                "missing": missing + (stream.missing if stream else 0), "signals": [_signal(signal) for signal in signals],
                 "note": stream.note if stream else "",
             },
             "commissioning": self.commissioning, "busy": self._busy, "load": load.share if load else 0.0,
@@ -470,7 +473,7 @@ class Engine:
             self._emergencies.append((int.from_bytes(data[:2], "little"), data[4] << 8 | data[3]))
 
     def _read_node(self, device: Device, identity: dict[str, Any]) -> None:
-        self._limits = [_limits(Drive(device, axis)) for axis in range(len(AXES))]
+        self._limits = [limits_data(read_limits(Drive(device, axis))) for axis in range(len(AXES))]
         self._node = {
             **{key: identity[key] for key in ("node", "name", "firmware", "software", "serial")},
             "schema_fits": device.schema_fits, "mismatch": "" if device.schema_fits else device.mismatch,
@@ -588,7 +591,10 @@ class Engine:
 
     @contextlib.contextmanager
     def without_stream(self, device: Device, modes: dict[int, int]) -> Iterator[None]:
-        """For a job that borrows the same PDOs, and moves axes in these modes (6060)."""
+        """For a job that borrows the same PDOs, and moves axes in these modes (6060). Raises MotionError during a recording,
+        which would have a hole."""
+        if self.recorder is not None:
+            raise MotionError("the live view is being recorded, and this would leave a hole in it: end the recording first.")
         self._close_stream()
         if str(device.node.nmt.state).lower() != "operational":
             device.set_nmt("operational")  # stays so, as when an axis is enabled: the samples go on after the job
@@ -602,13 +608,12 @@ class Engine:
         finally:
             self._measured = set()
             self.busy("")
-            self._stream = None
+            self._close_stream()
             self._open_stream(device)
 
     def show(self, signals: RecordedSignals) -> None:
         """Within `without_stream`: what the job records, in place of the stream."""
-        if self.recorder is None:
-            self._stream = signals
+        self._stream = signals
 
     def _open_stream(self, device: Device) -> None:
         try:
@@ -621,7 +626,9 @@ class Engine:
         self._stream = stream
 
     def _close_stream(self) -> None:
-        stream, self._stream = self._stream, None
+        with self._lock:
+            stream, self._stream = self._stream, None
+            self._missing_before += stream.missing if stream else 0
         if isinstance(stream, SignalStream):
             with contextlib.suppress(ServoctlError, can.CanError, OSError, RuntimeError):
                 stream.__exit__(None, None, None)
@@ -644,13 +651,3 @@ def internal(error: Exception) -> str:
 
 def _signal(signal: Signal) -> dict[str, Any]:
     return {"name": signal.name, "unit": signal.unit, "plot": signal.plot, "axis": signal.axis}
-
-
-def _limits(drive: Drive) -> dict[str, Any]:
-    """In ° and °/s; None for a travel without limit."""
-    limits = read_limits(drive)
-    return {
-        "low_deg": degrees(limits.lowest.value) if limits.has_travel else None,
-        "high_deg": degrees(limits.highest.value) if limits.has_travel else None,
-        "rate_deg_s": degrees(limits.fastest.value),
-    }

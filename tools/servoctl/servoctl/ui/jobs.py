@@ -26,6 +26,7 @@ from ..limits import Limits, Plan
 from ..loop_model import Complex, read_gains
 from ..loop_test import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
 from ..moves import plan_data, plan_to
+from ..node_limits import limits_data, read_limits
 from ..parameter import AXES, Parameter, Value
 from ..rate_run import send_rates
 from ..shapes import SETPOINT_TICKS as SHAPE_TICKS
@@ -182,6 +183,11 @@ class Jobs:
         names = [held.drive.name for held in chosen]
         self._engine.say(f"{' and '.join(names)}: following the target of the camera")
         return names
+
+    def plan_follow(self) -> list[dict[str, Any]]:
+        """Where the enabled axes are, and the limits of the node within which they would follow, °."""
+        drives = [self._held[axis].drive for axis in sorted(self._held)]
+        return [{"axis": drive.name, "here_deg": degrees(drive.position()), **limits_data(read_limits(drive))} for drive in drives]
 
     def end_follow(self) -> None:
         """The axes stop on their ramps, and stay enabled."""

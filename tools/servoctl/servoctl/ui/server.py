@@ -306,7 +306,7 @@ async def _commissioned_file(request: Request) -> Response:
 
 
 _TASKS: set[asyncio.Task[None]] = set()
-_FOR_ALL = ("faults", "gains", "plan", "plan_step", "plan_cue", "save", "compare", "plan_bode", "predict", "scope_names", "dry_run", "plan_tune", "plan_shape")
+_FOR_ALL = ("faults", "gains", "plan", "plan_step", "plan_cue", "plan_follow", "save", "compare", "plan_bode", "predict", "scope_names", "dry_run", "plan_tune", "plan_shape")
 """They change nothing."""
 
 
@@ -316,7 +316,7 @@ def _job(what: str, message: dict[str, Any]) -> Callable[[Jobs], Any]:
         axis = _axis(message)
         name = "release" if what == "release_jog" else what
         return lambda jobs: getattr(jobs, name)(axis)
-    if what in ("start_node", "faults", "end_follow", "save", "store", "scope_names", "scope_force", "scope_stop", "scope_read", "record"):
+    if what in ("start_node", "faults", "plan_follow", "end_follow", "save", "store", "scope_names", "scope_force", "scope_stop", "scope_read", "record"):
         return lambda jobs: getattr(jobs, what)()
     if what == "jog":
         axis, rate = _axis(message), _real(message, "rate_deg_s")

@@ -1,12 +1,13 @@
 // The gains of an axis: edits, and what the node has, beside each other.
 
 const $ = (id) => document.getElementById(id);
+const AXES = ["azimuth", "pitch"];
 
 export class Gains {
   constructor(ask) {
     this.ask = ask;
     this.axis = 0;
-    this.edits = new Map();
+    this.editsOf = [new Map(), new Map()];
     this.asked = false;
     this.allowed = false;
     this.onChange = () => {};
@@ -24,10 +25,14 @@ export class Gains {
       button.addEventListener("click", () => {
         this.axis = Number(button.dataset.gains);
         for (const each of document.querySelectorAll("[data-gains]")) each.setAttribute("aria-pressed", String(each === button));
-        this.edits.clear();
         this.read();
       });
     }
+  }
+
+  // Of the shown axis; those of the other one stay.
+  get edits() {
+    return this.editsOf[this.axis];
   }
 
   get unlocked() {
@@ -45,21 +50,30 @@ export class Gains {
     $("gain-clear").disabled = !this.edits.size;
     $("gain-undo").disabled = !allowed;
     $("gain-discard").disabled = !allowed;
+    for (const button of document.querySelectorAll("[data-gains]")) {
+      const count = this.editsOf[Number(button.dataset.gains)].size;
+      const text = `${AXES[Number(button.dataset.gains)]}${count ? ` (${count} new)` : ""}`;
+      if (button.textContent !== text) button.textContent = text;
+    }
   }
 
   async read() {
     this.asked = true;
     const found = await this.ask("gains", { axis: this.axis });
-    if (!found) return;
+    if (found?.axis !== AXES[this.axis]) return; // another axis was chosen meanwhile
     this.found = found;
     this.draw();
     this.onChange();
   }
 
   async apply() {
-    const changes = await this.ask("apply", { values: Object.fromEntries(this.edits), ...this.lock() });
+    const edits = this.edits;
+    const values = Object.fromEntries(edits);
+    const changes = await this.ask("apply", { values, ...this.lock() });
     if (!changes) return;
-    this.edits.clear();
+    for (const [name, value] of Object.entries(values)) {
+      if (edits.get(name) === value) edits.delete(name);
+    }
     await this.read();
     $("gain-note").textContent = `${changes.length} gain${changes.length > 1 ? "s" : ""} applied in one piece`;
   }

@@ -116,7 +116,7 @@ function show(received) {
   $("load").title = received.load === null ? "neither the node nor the interface reports the bit rate" : "of the frames received";
   setText($("rate"), stream.period_ms && node.nmt === "operational" ? `${1000 / stream.period_ms} Hz` : "–");
   setText($("lost"), stream.period_ms ? String(stream.missing + pages.dropped) : "–");
-  $("lost").title = `${stream.missing} on the bus, ${pages.dropped} on the way to this page`;
+  $("lost").title = `${stream.missing} on the bus, ${pages.dropped} on the way to this page; a lost link is a gap, and is not counted`;
   const others = pages.viewers.length - 1;
   setText($("who"), `${mine ? "this page commands" : pages.text}${others ? ` · ${others} other page${others > 1 ? "s" : ""}` : ""}`);
   setText($("command"), mine ? "Release command" : "Take command");

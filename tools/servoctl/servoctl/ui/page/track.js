@@ -70,8 +70,11 @@ export class Track {
   }
 
   async follow() {
-    const text = "The enabled axes will follow what the camera sees, within the limits of the node, until they are stopped.";
-    if (!(await confirmPlan([], text))) return;
+    const axes = await this.ask("plan_follow");
+    if (!axes) return;
+    const text = axes.map(({ axis, here_deg: here, low_deg: low, high_deg: high, rate_deg_s: rate }) =>
+      `${axis} from ${here.toFixed(2)}°, ${low === null ? "without an end of the travel" : `between ${low.toFixed(2)}° and ${high.toFixed(2)}°`}, at up to ${rate.toPrecision(4)} °/s`);
+    if (!(await confirmPlan([], `The enabled axes will follow what the camera sees until they are stopped: ${text.join("; ")}.`))) return;
     await this.ask("choose", { choice: "tracking" });
     await this.ask("follow", { camera_id: $("track-camera").value.trim() });
   }
