@@ -49,8 +49,8 @@ def pytest_configure(config: pytest.Config) -> None:
     """The marks of these tests."""
     config.addinivalue_line("markers", "real_time: the servo runs in real time, because the computer sends it set-points or frames")
     config.addinivalue_line("markers", "image: at the image too: a row of each function of the client that talks to the node")
-    config.addinivalue_line("markers", "smoke: one of the few tests that see the most, for the gate")
-    config.addinivalue_line("markers", "smoke_image: of these, one for each client, for the gate with the image")
+    config.addinivalue_line("markers", "smoke: one of the few tests that see the most, for './tools/test clients'; the gate has none")
+    config.addinivalue_line("markers", "smoke_image: of these, one for each client, which './tools/test clients' runs with the image")
     if DEVICE not in SERVERS:
         pytest.exit(f"SERVOCTL_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.", returncode=4)
 

@@ -7,6 +7,8 @@ poll every 20 ms: those of Playwright double their pause up to 1 s.
 from __future__ import annotations
 
 import json
+import math
+import os
 import socket
 import subprocess
 import threading
@@ -22,32 +24,43 @@ from playwright.sync_api import Browser, Locator, Page
 
 from servoctl.bus import open_bus, parse_bus
 from servoctl.parameter import AXES
+from servoctl.pdo_loan import borrowed_identifiers
+from servoctl.units import RATE_COUNTS_PER_RAD_S, degrees
 
 from .conftest import Bench, Serving, bring_to_rest
 
 PATIENCE_S = 90.0
 """Only a failure takes so long."""
 POLL_S = 0.02
-STOP_S = 1.0
+IDLE = "SERVOCTL_TEST_IDLE" in os.environ
+"""This computer does nothing else: the figures of the README are then required, with a servo in real time."""
+STOP_S = 0.1 if IDLE else 1.0
 """From the event to the quick stop on the bus. An idle computer takes some ms, which are printed; a busy one is late. A stop
 that waits for the motion or for a silent page comes later."""
-PACE = "0.5"
+PACE = "1" if IDLE else "0.5"
 """Times real time: a busy computer has twice the time for set-points, samples and heartbeats."""
 STANDSTILL_DEG_S = 0.1
 QUICK_STOPS = {0x201: "azimuth", 0x301: "pitch"}
 """RPDO1 and RPDO2 of node 1."""
+STATES_ID = 0x181
+"""TPDO1, which begins with the statusword of azimuth and is sent when that changes."""
+STATE_BITS, QUICK_STOP_BITS = 0x6F, 0x07
+RATES_ID = borrowed_identifiers(1)[1]
+"""TPDO6 of the live view, which begins with the rate of azimuth."""
 
 
 @dataclass
 class Listener:
-    """Quick stops on the bus, with their times by the computer's clock."""
+    """Quick stops on the bus, with their times by the computer's clock; and how fast azimuth was at the end of each."""
 
     bus: can.BusABC
     stops: list[tuple[float, str]] = field(default_factory=list)
+    ends_deg_s: list[float] = field(default_factory=list)
     frames: int = 0
     end: threading.Event = field(default_factory=threading.Event)
 
     def run(self) -> None:
+        rate_deg_s, state = math.nan, 0
         while not self.end.is_set():
             message = self.bus.recv(0.05)
             if message is None:
@@ -56,6 +69,12 @@ class Listener:
             axis = QUICK_STOPS.get(message.arbitration_id)
             if axis and bytes(message.data[:2]) == b"\x02\x00":
                 self.stops.append((time.time(), axis))
+            elif message.arbitration_id == RATES_ID:
+                rate_deg_s = degrees(int.from_bytes(message.data[:4], "little", signed=True) / RATE_COUNTS_PER_RAD_S)
+            elif message.arbitration_id == STATES_ID:
+                before, state = state, int.from_bytes(message.data[:2], "little") & STATE_BITS
+                if before == QUICK_STOP_BITS != state:
+                    self.ends_deg_s.append(rate_deg_s)
 
     def first_after(self, when_s: float) -> float:
         """Time until both axes had their quick stop, s."""
@@ -162,9 +181,9 @@ DRAW_RARELY = "window.requestAnimationFrame = draw => setTimeout(() => draw(perf
 
 
 @contextmanager
-def opened(browser: Browser, server: Server, draws_rarely: bool = True) -> Iterator[Page]:
+def opened(browser: Browser, server: Server, draws_rarely: bool = True, **options: Any) -> Iterator[Page]:
     """A page that shows the node, in a context of its own."""
-    context = browser.new_context(viewport={"width": 1000, "height": 800})
+    context = browser.new_context(**({"viewport": {"width": 1000, "height": 800}} | options))
     if draws_rarely:
         context.add_init_script(DRAW_RARELY)
     try:

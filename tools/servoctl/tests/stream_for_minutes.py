@@ -23,6 +23,9 @@ from .page_bench import Server, opened, rate, running, wait_for
 SETTLED_S = 60.0
 """Memory counts from here on."""
 MIN_FRAMES_PER_S = 30.0
+SAMPLES_PER_S = 1000.0
+MIN_SAMPLES_SHARE = 0.999
+"""Of the samples by this computer's clock: the last ones are still on their way, and the clocks differ."""
 MAX_GROWTH_SHARE = 0.05
 """Of the memory, from the first minute to the end: garbage that is not yet collected."""
 EVERY_S = 10.0
@@ -38,6 +41,7 @@ class Look:
     samples: int
     lost: int
     page_mb: float
+    """Objects of the script and of the document, and the arrays that hold the samples."""
     server_mb: float
 
 
@@ -50,7 +54,8 @@ def resident_mb(process: int) -> float:
 def look(page: Page, inspector: CDPSession, server: Server, begun_s: float) -> Look:
     """After a collection of garbage in the page."""
     inspector.send("HeapProfiler.collectGarbage")
-    heap = inspector.send("Runtime.getHeapUsage")["usedSize"] / 1e6
+    used = inspector.send("Runtime.getHeapUsage")
+    heap = sum(used.get(part, 0.0) for part in ("usedSize", "embedderHeapUsedSize", "backingStorageSize")) / 1e6
     found = page.evaluate(PAGE_COUNTS)
     return Look(
         time.monotonic() - begun_s, found["frames"], found["seen"], found["lost"], heap, resident_mb(server.process.pid)
@@ -97,6 +102,9 @@ def judge(looks: list[Look]) -> list[str]:
     wrong = []
     if last.lost > first.lost:
         wrong.append(f"{last.lost - first.lost} samples were lost; none may be.")
+    came, passed_s = last.samples - first.samples, last.time_s - first.time_s
+    if came < MIN_SAMPLES_SHARE * SAMPLES_PER_S * passed_s:
+        wrong.append(f"{came} samples came in {passed_s:.1f} s; {SAMPLES_PER_S:g} per second are required.")
     if slowest < MIN_FRAMES_PER_S:
         wrong.append(f"{slowest:.1f} frames/s were drawn at least; {MIN_FRAMES_PER_S:g} are required.")
     for name, before, after in (

@@ -69,7 +69,7 @@ def test_the_wheel_has_every_file_of_the_package(environment: Path) -> None:
     assert ours == {
         path.relative_to(package) for path in package.rglob("*") if path.is_file() and "__pycache__" not in path.parts
     }
-    assert Path("descriptions/parameters.json") in ours
+    assert {Path("descriptions/parameters.json"), Path("ui/page/uplot/uPlot.esm.js"), Path("ui/page/uplot/uPlot.min.css")} <= ours
 
 
 def test_what_needs_no_device_works_from_the_wheel_in_any_folder(environment: Path, tmp_path: Path) -> None:

@@ -8,6 +8,8 @@ import time
 import pytest
 from playwright.sync_api import Browser, Page
 
+from servoctl.units import degrees
+
 from .conftest import Bench
 from .page_bench import (
     STANDSTILL_DEG_S,
@@ -36,6 +38,7 @@ from .page_bench import (
 
 __all__ = ["bench", "browser", "listener", "server", "servo"]
 GAIN = "azimuth.speed_loop.proportional_gain"
+SECOND_GAIN = "azimuth.speed_loop.integral_gain"
 
 
 @pytest.mark.image
@@ -43,7 +46,7 @@ GAIN = "azimuth.speed_loop.proportional_gain"
 def test_open_enable_jog_change_a_gain_undo_and_disable(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         wait_for(lambda: page.locator("#gains tbody tr").count() > 5, "the gains are there")
-        page.locator("#gain-filter").fill("speed loop proportional")
+        page.locator("#gain-filter").fill("speed loop")
         before = servo.value(GAIN)
         command_and_enable(page)
         jog(page)
@@ -56,14 +59,15 @@ def test_open_enable_jog_change_a_gain_undo_and_disable(servo: Bench, server: Se
 
 def change_a_gain_and_undo(servo: Bench, page: Page, before: float) -> None:
     """And the device has each value."""
-    wanted = round(1.05 * before, 2)
-    page.locator(f"#gains tr[data-name='{GAIN}'] input").fill(str(wanted))
+    wanted, other = round(1.05 * before, 2), servo.value(SECOND_GAIN)
+    for name, value in ((GAIN, wanted), (SECOND_GAIN, 0.9 * other)):
+        page.locator(f"#gains tr[data-name='{name}'] input").fill(str(value))
     press(page.get_by_role("button", name="Apply", exact=True))
-    wait_for_text(page.locator("#gain-note"), "applied")
-    assert servo.value(GAIN) == pytest.approx(wanted)
+    wait_for_text(page.locator("#gain-note"), "2 gains applied in one piece")
+    assert servo.value(GAIN) == pytest.approx(wanted) and servo.value(SECOND_GAIN) == pytest.approx(0.9 * other)
     press(page.get_by_role("button", name="Undo last change"))
     wait_for_text(page.locator("#gain-note"), "undone")
-    assert servo.value(GAIN) == before
+    assert servo.value(GAIN) == before and servo.value(SECOND_GAIN) == other
 
 
 def move_and_swing(servo: Bench, page: Page) -> None:
@@ -146,6 +150,7 @@ def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server
 HELD_KEYS = 20
 
 
+@pytest.mark.image
 def test_steps_before_and_after_are_shown_together(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         take_command(page)
@@ -204,6 +209,41 @@ def test_a_jog_is_stopped(servo: Bench, server: Server, browser: Browser, listen
         check_stopped(servo, how, listener, began)
 
 
+@pytest.mark.image
+def test_a_stopped_axis_brakes_by_6085_and_is_switched_off_at_rest(
+    servo: Bench, server: Server, browser: Browser, listener: Listener
+) -> None:
+    """6084, by which a jog ends, takes three times as long."""
+    brake_deg_s2, ramp_deg_s2 = (degrees(1e-6 * servo.json("get", each)[0]["value"]) for each in ("0x6085:0", "0x6084:0"))
+    assert brake_deg_s2 > 2 * ramp_deg_s2
+    with opened(browser, server) as page:
+        command_and_enable(page)
+        card(page, "azimuth").locator(".jog-rate").fill(str(FAST_JOG_DEG_S))
+        jog(page)
+        wait_for(lambda: abs(rate(page) - FAST_JOG_DEG_S) < 0.1 * FAST_JOG_DEG_S, "the full rate")
+        page.keyboard.press("Escape")
+        wait_for_state(page, "switch on disabled")
+        wait_for(lambda: bool(page.evaluate(BRAKING, FAST_JOG_DEG_S)), "the whole stop is plotted")
+        braked_s = page.evaluate(BRAKING, FAST_JOG_DEG_S)
+    measured = 0.6 * FAST_JOG_DEG_S / braked_s
+    print(f"braked by {measured:.0f} °/s² (6085: {brake_deg_s2:.0f} °/s²); at the end {listener.ends_deg_s[-1]:.2f} °/s")
+    assert measured == pytest.approx(brake_deg_s2, rel=0.15)
+    assert abs(listener.ends_deg_s[-1]) < END_DEG_S
+
+
+FAST_JOG_DEG_S = 20.0
+END_DEG_S = 0.5
+BRAKING = """rate => (({ history: h, signals }) => {
+  const rates = h.values[signals.findIndex((signal) => signal.name === "azimuth rate")];
+  let end = h.count - 1;
+  while (end > 0 && rates[end] < 0.2 * rate) end--;
+  let begin = end;
+  while (begin > 0 && rates[begin] < 0.8 * rate) begin--;
+  return end && end < h.count - 100 ? h.time[end] - h.time[begin] : 0;
+})(trackservo.plots)"""
+"""Time from 80 % to 20 % of this rate, s; 0 before the axis has stood for a while."""
+
+
 def test_the_plots_are_zoomed_with_the_keyboard(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
         wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 500")), "samples")
@@ -235,10 +275,18 @@ def test_a_viewers_page_stops_nothing_but_its_button_does(
         viewer.reload()
         wait_for_text(viewer.locator("#who"), "commands since")
         wait_for(lambda: viewer.evaluate("trackservo.plots.frames") > 3, "the viewer's plots are drawn")
-        listener.stops.clear()
+        with opened(browser, server) as third:
+            assert third.locator("#stop").is_enabled()
+        wait_for_text(page.locator("#who"), "1 other page")
+        time.sleep(AFTERWARDS_S)
+        assert not listener.stops
+        wait_for_state(page, "operation enabled")
         remember(viewer, "click")
         viewer.locator("#stop").click()
         check_stopped(servo, "a viewer's button", listener, seen(viewer))
+
+
+AFTERWARDS_S = 0.5
 
 
 def test_a_jog_ends_when_its_tab_is_hidden(servo: Bench, server: Server, browser: Browser) -> None:
