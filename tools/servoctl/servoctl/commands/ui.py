@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from ..bus import ENVIRONMENT, FORMS
 from ..errors import InputError
 from ..session import Session, common
 
@@ -38,6 +39,8 @@ def ui(session: Session, demo: bool, port: int, host: str, no_browser: bool) -> 
     with contextlib.ExitStack() as stack:
         if demo:
             session.bus = stack.enter_context(demonstration.simulator())
+        elif not session.bus:
+            raise InputError(f"no bus given: add --bus or set {ENVIRONMENT} to {FORMS}; --demo starts a simulator instead.")
         session.check_bus()
         engine = Engine(session.connect, f"node {session.node} on {session.bus}")
         opened = stack.enter_context(contextlib.closing(listen(host, port)))

@@ -33,8 +33,7 @@ def find_simulator() -> Path:
         if os.access(place, os.X_OK) and place.is_file():
             return place
     raise InputError(
-        "--demo needs the simulator, which is not built: run './tools/setup demo' and 'cmake --workflow --preset host' in"
-        f" the checkout, or name the program in {ENVIRONMENT}."
+        f"--demo needs the simulator, which is not built: run './tools/demo' in the checkout, or name the program in {ENVIRONMENT}."
     )
 
 
