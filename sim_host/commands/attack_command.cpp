@@ -72,7 +72,8 @@ void add_attack(CLI::App& app, int& code) {
       "attack",
       "move both axes and write random legal values by SDO and PDO, without unlocking anything; exit code 1: "
       "an axis reached an end stop faster than 5 deg/s or ran away");
-  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  OutputFiles outputs(*command);
+  outputs.input("--plant", options->plant, "plant file (TOML)");
   CLI::Option *seeds =
       command->add_option("--seeds", options->seeds, "number of seeds, or the first and the last one: 1-1000")
           ->check(seed_range_check(1, kMaxSeeds))
@@ -80,7 +81,6 @@ void add_attack(CLI::App& app, int& code) {
   CLI::Option *first = command->add_option("--first-seed", options->attack.first_seed, "the first of them")
                            ->check(seed())
                            ->capture_default_str();
-  OutputFiles outputs(*command);
   CLI::Option *json = outputs.file("--json", options->json, "file for the results");
   command->add_option("--replay", options->replay, "run one seed and print every write, frame and event with its time")
       ->check(seed())

@@ -75,9 +75,13 @@ std::vector<ScenarioConfig> load_scenarios(const std::vector<fs::path>& files, c
 
 std::size_t default_seeds(const CheckOptions& options) { return options.image.empty() ? kSeeds : kImageSeeds; }
 
+fs::path plant_file(const CheckOptions& options) {
+  return options.plant.empty() ? options.data_dir / "plants/tracker.toml" : options.plant;
+}
+
 CheckPlan plan_of(const CheckOptions& options, const ImageDevices& image_devices) {
   CheckPlan plan;
-  plan.plant = load_plant(options.plant.empty() ? options.data_dir / "plants/tracker.toml" : options.plant);
+  plan.plant = load_plant(plant_file(options));
   if (!options.gains.empty()) {
     plan.gains = read_gains(options.gains, plan.plant);
   }
@@ -105,6 +109,18 @@ fs::path limits_file(const CheckOptions& options) {
         "a plant file of your own needs limits: give --limits FILE, or write them with --learn FILE");
   }
   return options.data_dir / "limits" / (options.image.empty() ? "tracker.toml" : "tracker_board.toml");
+}
+
+// The files that no option names.
+std::vector<fs::path> default_inputs(const CheckOptions& options) {
+  std::vector<fs::path> files = scenario_files(options);
+  if (options.plant.empty()) {
+    files.push_back(plant_file(options));
+  }
+  if (options.plant.empty() && options.learn.empty()) {
+    files.push_back(limits_file(options));
+  }
+  return files;
 }
 
 Limits limits_of(const CheckOptions& options, const CheckPlan& plan, const std::vector<CheckFigure>& figures) {
@@ -184,8 +200,9 @@ void add_check(CLI::App& app, int& code, const std::vector<std::string>& argumen
       ->check(CLI::ExistingFile)
       ->expected(1)
       ->take_all();
-  // First, so that the other files can be written into the folder that it makes.
   OutputFiles outputs(*command);
+  outputs.reads([options] { return default_inputs(*options); });
+  // First, so that the other files can be written into the folder that it makes.
   outputs.folder("--out", options->out_dir, "folder for results.json and report.html", {"results.json", "report.html"});
   CLI::Option *limits =
       command->add_option("--limits", options->limits, "limits file (TOML)")->check(CLI::ExistingFile);

@@ -21,29 +21,69 @@ bool are_same(const fs::path& one, const fs::path& other) {
   throw std::invalid_argument(fmt::format("{}: {}", option, reason));
 }
 
+bool is_result(const fs::path& file) { return file.extension() == ".csv" || file.extension() == ".json"; }
+
+std::vector<fs::path> results_below(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code ignored;
+  for (auto entry = fs::recursive_directory_iterator(folder, ignored); entry != fs::recursive_directory_iterator();
+       entry.increment(ignored)) {
+    if (is_result(entry->path())) {
+      files.push_back(entry->path());
+    }
+  }
+  std::sort(files.begin(), files.end());  // the sentence names the first one
+  return files;
+}
+
+// The names of OutputFiles::folder() as files; without names, what is given is a file itself.
+std::vector<fs::path> files_of(const fs::path& given, const std::vector<std::string>& names) {
+  std::vector<fs::path> files;
+  for (const std::string& name : names) {
+    const std::vector<fs::path> more =
+        name.back() == '/' ? results_below(given / name) : std::vector<fs::path>{given / name};
+    files.insert(files.end(), more.begin(), more.end());
+  }
+  return names.empty() ? std::vector<fs::path>{given} : files;
+}
+
+CLI::Validator file_check() {
+  return {[](const std::string& file) { return output_file_problem(file); }, "FILE"};
+}
+
 }  // namespace
 
 struct OutputFiles::Names {
   struct Output {
     CLI::Option *option;
     std::vector<std::string> files;  // in the folder that the option names; none: it names a file
+    bool is_kept;
   };
 
   CLI::App *command;
   bool overwrite = false;
   std::vector<Output> outputs;
+  std::vector<std::function<std::vector<fs::path>()>> inputs;
 
-  bool is_output(const CLI::Option *option) const {
-    return std::any_of(outputs.begin(), outputs.end(), [=](const Output& one) { return one.option == option; });
+  bool is_only_written(const CLI::Option *option) const {
+    return std::any_of(outputs.begin(), outputs.end(),
+                       [=](const Output& one) { return one.option == option && !one.is_kept; });
   }
 
-  std::vector<fs::path> files_of(const Output& output) const {
-    const fs::path given = output.option->results().front();
-    std::vector<fs::path> files;
-    for (const std::string& name : output.files) {
-      files.push_back(given / name);
+  bool is_read(const fs::path& file) const {
+    std::vector<fs::path> read;
+    for (const CLI::Option *option : command->get_options()) {
+      if (!is_only_written(option)) {
+        read.insert(read.end(), option->results().begin(), option->results().end());
+      }
     }
-    return output.files.empty() ? std::vector<fs::path>{given} : files;
+    for (const auto& files : inputs) {
+      const std::vector<fs::path> more = files();
+      read.insert(read.end(), more.begin(), more.end());
+    }
+    std::error_code ignored;
+    return std::any_of(read.begin(), read.end(),
+                       [&](const fs::path& one) { return fs::is_regular_file(one, ignored) && are_same(one, file); });
   }
 
   void check(const std::string& option, const fs::path& file) const {
@@ -51,16 +91,9 @@ struct OutputFiles::Names {
     if (!fs::is_regular_file(file, ignored)) {
       return;
     }
-    for (const CLI::Option *other : command->get_options()) {
-      if (is_output(other)) {
-        continue;
-      }
-      for (const std::string& value : other->results()) {
-        if (fs::is_regular_file(value, ignored) && are_same(value, file)) {
-          refuse(option,
-                 fmt::format("\"{}\" would be replaced, but this command reads it; give another name", file.string()));
-        }
-      }
+    if (is_read(file)) {
+      refuse(option,
+             fmt::format("\"{}\" would be replaced, but this command reads it; give another name", file.string()));
     }
     if (!overwrite) {
       refuse(option,
@@ -74,8 +107,10 @@ struct OutputFiles::Names {
       if (output.option->count() == 0) {
         continue;
       }
-      for (const fs::path& file : files_of(output)) {
-        check(output.option->get_name(), file);
+      for (const fs::path& file : files_of(output.option->results().front(), output.files)) {
+        if (!output.is_kept) {
+          check(output.option->get_name(), file);
+        }
         if (std::any_of(written.begin(), written.end(), [&](const fs::path& other) { return are_same(other, file); })) {
           refuse(output.option->get_name(),
                  fmt::format("\"{}\" is also what another option writes; give another name", file.string()));
@@ -88,31 +123,45 @@ struct OutputFiles::Names {
 
 OutputFiles::OutputFiles(CLI::App& command) : names_(std::make_shared<Names>()) {
   names_->command = &command;
-  command.add_flag("--overwrite", names_->overwrite, "replace files that exist already");
   command.parse_complete_callback([names = names_] { names->check_all(); });
 }
 
+CLI::Option *OutputFiles::written(CLI::Option *option, const std::vector<std::string>& files, bool is_kept) {
+  if (!is_kept && names_->command->get_option_no_throw("--overwrite") == nullptr) {
+    names_->command->add_flag("--overwrite", names_->overwrite, "replace files that exist already");
+  }
+  names_->outputs.push_back({option, files, is_kept});
+  return option;
+}
+
 CLI::Option *OutputFiles::file(const std::string& option, fs::path& path, const std::string& help) {
-  CLI::Option *added = names_->command->add_option(option, path, help);
-  added->check(CLI::Validator([](const std::string& file) { return output_file_problem(file); }, "FILE"));
-  names_->outputs.push_back({added, {}});
-  return added;
+  return written(names_->command->add_option(option, path, help)->check(file_check()), {}, false);
 }
 
 CLI::Option *OutputFiles::folder(const std::string& option, fs::path& path, const std::string& help,
                                  const std::vector<std::string>& files) {
   CLI::Option *added = names_->command->add_option(option, path, help);
   added->check(CLI::Validator([](const std::string& folder) { return output_folder_problem(folder); }, "FOLDER"));
-  names_->outputs.push_back({added, files});
-  return added;
+  return written(added, files, false);
 }
 
+CLI::Option *OutputFiles::kept(CLI::Option *option) { return written(option, {}, true); }
+
+CLI::Option *OutputFiles::input(const std::string& option, fs::path& path, const std::string& help) {
+  reads([&path] { return std::vector<fs::path>{path}; });
+  return names_->command->add_option(option, path, help)->check(CLI::ExistingFile);
+}
+
+void OutputFiles::reads(const std::function<std::vector<fs::path>()>& files) { names_->inputs.push_back(files); }
+
 void OutputFiles::check(const std::string& option, const fs::path& file) const {
-  const std::string problem = output_file_problem(file);
+  const std::string problem = file.has_filename() ? output_file_problem(file) : "";
   if (!problem.empty()) {
     refuse(option, problem);
   }
-  names_->check(option, file);
+  for (const fs::path& one : file.has_filename() ? std::vector<fs::path>{file} : results_below(file)) {
+    names_->check(option, one);
+  }
 }
 
 }  // namespace trackservo::sim

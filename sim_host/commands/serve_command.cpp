@@ -74,7 +74,7 @@ int serve_device(const ServeCommand& command, const ServeBoard& serve_board) {
 }
 
 // Options of the device.
-void add_device(CLI::App& command, ServeCommand& serving, bool has_board) {
+void add_device(CLI::App& command, OutputFiles& outputs, ServeCommand& serving, bool has_board) {
   CLI::Option *image =
       command
           .add_option(has_board ? "--image,image" : "--image", serving.board.image,
@@ -92,7 +92,7 @@ void add_device(CLI::App& command, ServeCommand& serving, bool has_board) {
                   "OPTR and WRP1AR of the board's chip; the default is what tools/image/board sets")
       ->expected(2)
       ->needs(image);
-  command.add_option("--plant", serving.plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  outputs.input("--plant", serving.plant, "plant file (TOML)");
   command
       .add_option(
           "--node-id,--node", serving.options.node_id,
@@ -110,10 +110,9 @@ void add_device(CLI::App& command, ServeCommand& serving, bool has_board) {
       ->capture_default_str()
       ->excludes(image);
   command.add_option("--seed", serving.options.seed, "seed of all noise")->check(seed())->capture_default_str();
-  command
-      .add_option("--flash", serving.options.flash,
-                  "file for the contents of the flash, kept between runs; created if missing")
-      ->check(CLI::Validator([](const std::string& file) { return output_file_problem(file); }, "FILE"));
+  CLI::Option *flash = command.add_option("--flash", serving.options.flash,
+                                          "file for the contents of the flash, kept between runs; created if missing");
+  outputs.kept(flash)->check(CLI::Validator([](const std::string& file) { return output_file_problem(file); }, "FILE"));
 }
 
 }  // namespace
@@ -122,7 +121,8 @@ void add_serve(CLI::App& app, int& code, const std::vector<std::string>& argumen
   auto serving = std::make_shared<ServeCommand>();
   CLI::App *command =
       app.add_subcommand("serve", "run the simulated drive as a CANopen node; exits on Ctrl-C or SIGTERM");
-  add_device(*command, *serving, serve_board != nullptr);
+  OutputFiles outputs(*command);
+  add_device(*command, outputs, *serving, serve_board != nullptr);
   command
       ->add_option("--bus", serving->options.buses,
                    "bus: slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
@@ -135,7 +135,7 @@ void add_serve(CLI::App& app, int& code, const std::vector<std::string>& argumen
   command->add_option("--speed", serving->speed, "speed of simulated time: realtime, max, or a multiple of real time")
       ->check(speed(serve_board != nullptr))
       ->capture_default_str();
-  add_target(*command, serving->target);
+  add_target(*command, outputs, serving->target);
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, kUntilStdinEndsHelp);
   command->callback([serving, &code, &arguments, &serve_board] {
     if (!serving->board.image.empty() && !serve_board) {

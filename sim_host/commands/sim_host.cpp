@@ -271,7 +271,7 @@ void add_identify(CLI::App& app, int& code) {
   command->add_option("--seed", options->seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   sim::OutputFiles(*command).folder("--out", options->out_dir,
                                     "folder for recordings, results and residuals; each axis gets a subfolder",
-                                    {"azimuth/result.json", "pitch/result.json"});
+                                    {"azimuth/", "pitch/"});
   command->callback([options, &code] { code = identify(*options); });
 }
 

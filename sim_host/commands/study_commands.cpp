@@ -57,12 +57,17 @@ struct RandomPlantsOptions {
   std::vector<std::filesystem::path> merge;
   bool all_seeds_given = false;
   std::filesystem::path out_dir;
+  std::shared_ptr<OutputFiles> outputs;
 };
 
 // An existing file is only read, also from a folder that cannot be written.
 std::string identified_file_problem(const std::filesystem::path& file) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(file, ignored) ? "" : output_file_problem(file);
+}
+
+std::filesystem::path plant_of(const RandomPlantsOptions& options) {
+  return options.plant.empty() ? options.data_dir / "plants/tracker.toml" : options.plant;
 }
 
 // The setup without what is identified.
@@ -90,6 +95,7 @@ AssumedPlantRecord assumed_plant_for(const RandomPlantsOptions& options, const s
   if (std::filesystem::exists(options.identified)) {
     return read_assumed_plant(options.identified, by);
   }
+  options.outputs->check("--out", options.out_dir / kIdentificationFolder);
   JobPool pool(setup.threads, kAxes, show_progress);
   return identify_assumed_plant(setup.study.plant, by, options.out_dir, options.identified, pool);
 }
@@ -105,7 +111,7 @@ RandomPlants run_random_plants(const RandomPlantsOptions& options, const std::fi
 }
 
 void random_plants(const RandomPlantsOptions& options) {
-  const std::filesystem::path plant = options.plant.empty() ? options.data_dir / "plants/tracker.toml" : options.plant;
+  const std::filesystem::path plant = plant_of(options);
   const RandomPlantsSetup setup = random_plants_setup(options, plant);
   const RandomPlants tried = options.merge.empty() ? run_random_plants(options, plant, setup)
                                                    : merge_random_plants(setup, options.merge, options.all_seeds_given);
@@ -116,10 +122,10 @@ void random_plants(const RandomPlantsOptions& options) {
 }
 
 // Options of every study, including its seeds.
-CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options, const std::string& file) {
+CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options, const std::vector<std::string>& files) {
   options.data_dir = TRACKSERVO_DATA_DIR;
   options.shipped_dir = TRACKSERVO_DATA_DIR;
-  OutputFiles(command).folder("--out", options.out_dir, "folder for the results", {file})->required();
+  OutputFiles(command).folder("--out", options.out_dir, "folder for the results", files)->required();
   command.add_option("--data", options.data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   add_threads(command, options.threads);
   return command.add_option("--seeds", options.seeds, "seeds to run")->check(seed())->capture_default_str();
@@ -209,7 +215,8 @@ void add_experiments(CLI::App& app) {
   auto options = std::make_shared<CampaignOptions>();
   auto quick = std::make_shared<bool>(false);
   CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
-  CLI::Option *seeds = add_study_options(*command, *options, "results.json");
+  CLI::Option *seeds =
+      add_study_options(*command, *options, {"results.json", "runs/", "margins/", kIdentificationFolder});
   command->add_flag("--quick", *quick, "run one seed only, for a first look")->excludes(seeds);
   command->callback([options, quick] {
     if (*quick) {
@@ -228,7 +235,8 @@ void add_assumed_plants(CLI::App& app) {
       "identification-value",
       "study the value of identification: compensation with identified, exact and wrong friction parameters");
   command->alias("beliefs");
-  add_study_options(*command, *options, "beliefs.json")->expected(2, CLI::detail::expected_max_vector_size);
+  add_study_options(*command, *options, {"beliefs.json", kIdentificationFolder})
+      ->expected(2, CLI::detail::expected_max_vector_size);
   command->callback([options] { assumed_plants(*options); });
 }
 
@@ -238,6 +246,9 @@ void add_random_plants(CLI::App& app) {
   CLI::App *command = app.add_subcommand(
       "random-plants",
       "study steady speed on plants that differ in every parameter from the one that the gains were designed for");
+  options->outputs = std::make_shared<OutputFiles>(*command);
+  OutputFiles& outputs = *options->outputs;
+  outputs.reads([options] { return std::vector<std::filesystem::path>{plant_of(*options)}; });
   command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   command->add_option("--plant", options->plant, "nominal plant file (TOML); default: plants/tracker.toml of --data")
       ->check(CLI::ExistingFile);
@@ -263,11 +274,13 @@ void add_random_plants(CLI::App& app) {
                        "file with both identified axes, used instead of an identification; if it does not exist, they "
                        "are identified and written to it")
           ->check(CLI::Validator(identified_file_problem, "FILE"));
+  outputs.kept(identified);
   CLI::Option *log = command
                          ->add_option("--log", setup.log,
                                       "append each plant's result to this CSV file, and do not repeat the plants that "
                                       "it has")
                          ->check(CLI::Validator(output_file_problem, "FILE"));
+  outputs.kept(log);
   command
       ->add_option("--merge", options->merge,
                    "run nothing; write the results of these logs, which must have each seed once (with --seeds: all of "
@@ -276,7 +289,8 @@ void add_random_plants(CLI::App& app) {
       ->excludes(identified)
       ->excludes(log);
   add_threads(*command, setup.threads);
-  OutputFiles(*command).folder("--out", options->out_dir, "folder for the results", {"random_plants.json"})->required();
+  outputs.folder("--out", options->out_dir, "folder for the results", {"random_plants.json", "random_plants.csv"})
+      ->required();
   command->callback([options, count, first, seeds] {
     options->all_seeds_given = count->count() + first->count() + seeds->count() > 0;
     random_plants(*options);
@@ -287,12 +301,12 @@ void add_node_tracking(CLI::App& app) {
   auto options = std::make_shared<NodeTrackingOptions>();
   CLI::App *command = app.add_subcommand(
       "node-tracking", "study tracking in the running node: camera frames over CAN, both axes in mode -1");
-  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  OutputFiles outputs(*command);
+  outputs.input("--plant", options->plant, "plant file (TOML)");
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  OutputFiles(*command).folder("--out", options->out_dir,
-                               "folder for node_tracking.json, and of the results.json that gets the rows",
-                               {"node_tracking.json"});
+  outputs.folder("--out", options->out_dir, "folder for node_tracking.json, and of the results.json that gets the rows",
+                 {"node_tracking.json"});
   command->callback([options] { node_tracking(*options); });
 }
 
@@ -300,10 +314,11 @@ void add_base_motion(CLI::App& app) {
   auto options = std::make_shared<BaseMotionOptions>();
   CLI::App *command = app.add_subcommand(
       "base-motion", "study a base that turns: line of sight while tracking, isolation, margins over the pitch");
-  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  OutputFiles outputs(*command);
+  outputs.input("--plant", options->plant, "plant file (TOML)");
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  OutputFiles(*command).folder("--out", options->out_dir, "folder for base_motion.json", {"base_motion.json"});
+  outputs.folder("--out", options->out_dir, "folder for base_motion.json", {"base_motion.json"});
   command->callback([options] { base_motion(*options); });
 }
 
@@ -311,11 +326,12 @@ void add_passes(CLI::App& app) {
   auto options = std::make_shared<PassesOptions>();
   CLI::App *command = app.add_subcommand(
       "passes", "study straight passes over the tracker: line-of-sight error with one tracking loop for both axes");
-  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  OutputFiles outputs(*command);
+  outputs.input("--plant", options->plant, "plant file (TOML)");
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  OutputFiles(*command).folder("--out", options->out_dir,
-                               "folder for passes.json, and of the results.json that gets the rows", {"passes.json"});
+  outputs.folder("--out", options->out_dir, "folder for passes.json, and of the results.json that gets the rows",
+                 {"passes.json"});
   command->callback([options] { passes(*options); });
 }
 

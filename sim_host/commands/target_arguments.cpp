@@ -6,7 +6,6 @@
 
 #include "command_line.hpp"
 #include "config/scenario_config.hpp"
-#include "output_files.hpp"
 #include "run/scenario_check.hpp"
 #include "target/fly_by.hpp"
 
@@ -27,7 +26,7 @@ void refuse_course(const PlantConfig& plant, ScenarioConfig scenario) {
 
 }  // namespace
 
-void add_target(CLI::App& command, TargetArguments& arguments) {
+void add_target(CLI::App& command, OutputFiles& outputs, TargetArguments& arguments) {
   CLI::Option *target =
       command
           .add_option("--target", arguments.scenario,
@@ -48,7 +47,7 @@ void add_target(CLI::App& command, TargetArguments& arguments) {
       ->check([](const std::string& video) { return video.empty() ? "is empty: expected pgm-tcp:PORT" : ""; })
       ->needs(target)
       ->excludes(camera);
-  OutputFiles(command)
+  outputs
       .file("--truth", arguments.options.truth_csv,
             "with --target: file for the true error of the line of sight (CSV), a row per ms of the flight")
       ->needs(target);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "config/plant_config.hpp"
+#include "output_files.hpp"
 #include "serve/served_target.hpp"
 
 namespace trackservo::sim {
@@ -16,7 +17,7 @@ struct TargetArguments {
 };
 
 // Adds --target, --camera-id, --video, --truth and --overwrite.
-void add_target(CLI::App& command, TargetArguments& arguments);
+void add_target(CLI::App& command, OutputFiles& outputs, TargetArguments& arguments);
 
 // With the scenario of --target. Throws like load_scenario, also for a scenario without a target or a course that the
 // machine cannot follow; warns of what is unusual.

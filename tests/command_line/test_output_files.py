@@ -1,6 +1,8 @@
 """No option of sim_host or identify that names a file to write replaces one that exists, unless --overwrite asks for it,
-and none replaces what the same command reads."""
+and none replaces what the same command reads, named or by default."""
 
+import re
+import shutil
 import subprocess
 
 import pytest
@@ -10,11 +12,12 @@ MINE = "of the user\n"
 SCENARIOS = PROJECT / "sim_host/scenarios"
 RANGE = "--lowest-rad -1 --highest-rad 1 --torque-nm 100 --fastest-rad-s 1"
 
-# Program and command, with PLANT for an input; the option; for a folder the file in it by which its result is known.
+# Program and command, with PLANT for an input; the option; for a folder each file in it, or one of each kind.
 WRITERS = [
     (f"sim_host run --plant PLANT --scenario {SCENARIOS}/sine.toml", "--csv", None),
-    ("sim_host identify --plant PLANT", "--out", "azimuth/result.json"),
-    ("sim_host identify --plant PLANT", "--out", "pitch/result.json"),
+    *(("sim_host identify --plant PLANT", "--out", name) for name in (
+        "azimuth/result.json", "azimuth/runs.csv", "azimuth/design.json",
+        "pitch/result.json", "pitch/structure.csv", "pitch/residuals.csv")),
     (f"sim_host serve --plant PLANT --bus slcan-tcp:0 --target {SCENARIOS}/tracking.toml", "--truth", None),
     ("sim_host attack --plant PLANT --seeds 1", "--json", None),
     ("sim_host gains --plant PLANT", "--out", None),
@@ -22,9 +25,14 @@ WRITERS = [
     ("sim_host check --plant PLANT", "--junit", None),
     ("sim_host check --plant PLANT", "--out", "results.json"),
     ("sim_host check --plant PLANT", "--out", "report.html"),
-    ("sim_host experiments", "--out", "results.json"),
+    *(("sim_host experiments", "--out", name) for name in (
+        "results.json", "runs/sine-seed_1.csv", "runs/sensitivity/sine-1.csv", "margins/tracker-pi-pitch.csv",
+        "identification/tracker-pitch/result.json")),
     ("sim_host beliefs", "--out", "beliefs.json"),
+    ("sim_host beliefs", "--out", "identification/tracker-azimuth/residuals.csv"),
     ("sim_host random-plants --plant PLANT", "--out", "random_plants.json"),
+    ("sim_host random-plants --plant PLANT", "--out", "random_plants.csv"),
+    ("sim_host random-plants --plant PLANT", "--out", "identification/tracker-pitch/residuals.csv"),
     ("sim_host base-motion --plant PLANT", "--out", "base_motion.json"),
     ("sim_host passes --plant PLANT", "--out", "passes.json"),
     ("sim_host node-tracking --plant PLANT", "--out", "node_tracking.json"),
@@ -35,6 +43,24 @@ WRITERS = [
 ]
 
 
+# Files that are read if they exist, and continued or made.
+KEPT = {("sim_host serve", "--flash"), ("sim_host random-plants", "--log"), ("sim_host random-plants", "--identified")}
+INPUTS = {
+    *((f"sim_host {command}", "--plant") for command in (
+        "run", "identify", "random-plants", "base-motion", "passes", "node-tracking", "serve", "attack", "faults", "soak", "check", "gains")),
+    *((f"sim_host {command}", "--scenario") for command in ("run", "faults", "check")),
+    *((f"sim_host {command}", "--data") for command in ("experiments", "identification-value", "random-plants", "bench", "check")),
+    ("sim_host random-plants", "--merge"), ("sim_host serve", "--image"), ("sim_host serve", "--target"), ("sim_host check", "--gains"),
+    ("sim_host check", "--limits"), ("sim_host check", "--baseline"), ("sim_host check", "--image"),
+    ("identify fit", "recording"), ("identify fit", "--structure"), ("identify plan", "--identified"),
+    ("identify design", "--identified"), ("identify design", "--requirements"), ("identify design", "--parameters"),
+}  # fmt: skip
+NO_FILES = {
+    ("sim_host random-plants", "--seeds"), ("sim_host attack", "--seeds"), ("sim_host attack", "--replay-sequence"),
+    ("sim_host serve", "--bus"), ("sim_host serve", "--speed"), ("sim_host serve", "--video"), ("sim_host faults", "--only"),
+}  # fmt: skip
+
+
 def call(command, plant, *more):
     program, *words = command.replace("PLANT", str(plant)).split()
     return subprocess.run([PROGRAMS[program], *words, *map(str, more)], capture_output=True, text=True, timeout=60)
@@ -43,6 +69,26 @@ def call(command, plant, *more):
 def refused(done, command, *parts):
     assert done.returncode == WRONG_INPUT[command.split()[0]], done
     assert all(part in done.stderr for part in parts) and done.stderr.count("\n") == 1, done.stderr
+
+
+def help_of(*words):
+    program, *command = words
+    return subprocess.run([PROGRAMS[program], *command, "--help"], capture_output=True, text=True, check=True).stdout
+
+
+def options_with_a_word():
+    """Command and option of each option whose value is any word; a choice of some words names no file."""
+    for program in PROGRAMS:
+        commands = re.findall(r"^  ([a-z][\w-]*)", help_of(program).partition("Subcommands:")[2], re.MULTILINE)
+        assert commands
+        for command in commands:
+            for option in re.findall(r"^  (\S+) TEXT(?!:\{)", help_of(program, command), re.MULTILINE):
+                yield f"{program} {command}", option.split(",")[0]
+
+
+def test_every_option_that_names_a_file_is_in_a_list_of_this_test():
+    written = {(" ".join(command.split()[:2]).replace("beliefs", "identification-value"), option) for command, option, _ in WRITERS}
+    assert set(options_with_a_word()) == written | KEPT | INPUTS | NO_FILES
 
 
 @pytest.fixture
@@ -70,6 +116,48 @@ def test_overwrite_does_not_replace_what_the_command_reads(plant, tmp_path, comm
     for name in (plant, another_name, tmp_path / "." / plant.name):
         refused(call(command, plant, option, name, "--overwrite"), command, option, "reads it")
     assert plant.read_text() == before
+
+
+SHIPPED = PROJECT / "sim_host"
+
+
+@pytest.mark.parametrize("command, option, file", [
+    ("sim_host attack --seeds 1", "--json", "plants/tracker.toml"),
+    (f"sim_host serve --bus slcan-tcp:0 --until-stdin-ends --target {SCENARIOS}/tracking.toml", "--truth", "plants/tracker.toml"),
+    (f"sim_host serve --bus slcan-tcp:0 --until-stdin-ends --target {SCENARIOS}/tracking.toml", "--truth", "scenarios/tracking.toml"),
+    ("sim_host check --seeds 1", "--junit", "plants/tracker.toml"),
+    ("sim_host check --seeds 1", "--junit", "limits/tracker.toml"),
+    ("sim_host check --seeds 1", "--learn", "scenarios/sine.toml"),
+])  # fmt: skip
+def test_overwrite_does_not_replace_what_the_command_reads_by_default(tmp_path, command, option, file):
+    path = SHIPPED / file
+    before = path.read_bytes()
+    another_name = tmp_path / "another-name"
+    another_name.symlink_to(path)
+    try:
+        for name in (path, another_name):
+            refused(call(command, "none", option, name, "--overwrite"), command, option, "reads it")
+        assert path.read_bytes() == before
+    finally:
+        path.write_bytes(before)
+
+
+def test_what_is_read_by_default_from_another_data_folder_is_not_replaced(tmp_path):
+    for folder in ("plants", "scenarios", "limits"):
+        shutil.copytree(SHIPPED / folder, tmp_path / folder)
+    command = f"sim_host check --data {tmp_path} --seeds 1"
+    file = tmp_path / "plants/tracker.toml"
+    refused(call(command, "none", "--junit", file, "--overwrite"), command, "--junit", "reads it")
+    assert file.read_bytes() == (SHIPPED / "plants/tracker.toml").read_bytes()
+
+
+def test_no_option_writes_the_file_that_another_one_continues(plant, tmp_path):
+    command = "sim_host random-plants --plant PLANT --count 2"
+    log = tmp_path / "random_plants.csv"
+    refused(call(command, plant, "--out", tmp_path, "--log", log), command, "another option writes")
+    log.write_text(MINE)
+    refused(call(command, plant, "--out", tmp_path, "--log", log, "--overwrite"), command, "--out", "reads it")
+    assert log.read_text() == MINE
 
 
 def test_each_speed_of_a_run_has_a_file_that_is_left_alone_or_replaced(plant, tmp_path):

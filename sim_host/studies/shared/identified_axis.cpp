@@ -20,7 +20,7 @@ IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::file
   kept.truth = done.truth;
   kept.breakaway = {breakaway_torque(done.acquisition.ended, STIMULUS_BACKWARD),
                     breakaway_torque(done.acquisition.ended, STIMULUS_FORWARD)};
-  kept.folder = "identification/" + plant.name + "-" + axis_name(axis);
+  kept.folder = kIdentificationFolder + plant.name + "-" + axis_name(axis);
   write_result(done, out_dir / kept.folder);
   kept.believed =
       gain_design::read_identified_plant(gain_design::load_input_file(out_dir / kept.folder / "result.json"));

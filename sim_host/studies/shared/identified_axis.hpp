@@ -17,6 +17,9 @@ namespace trackservo::sim {
 // Not one of the runs' seeds: the noise of the identification does not occur again.
 constexpr std::uint64_t kIdentificationSeed = 1001;
 
+// Of a study's folder: what identify_axis writes, in a folder for each axis of each plant.
+constexpr const char *kIdentificationFolder = "identification/";
+
 struct IdentifiedAxis {
   std::string plant;
   int axis = 0;
