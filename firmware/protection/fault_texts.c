@@ -417,12 +417,15 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .reported_once = true,
          .detection =
              "An option byte of the chip is not as the program needs it. The detail is a sum: 1: the parity of the RAM "
-             "is "
-             "off, 2: the program is not write-protected, 4: the flash has one bank, or starts from the second "
+             "is off, 2: the program is not write-protected, 4: the flash has one bank, or starts from the second "
              "one. With 4 both axes stay off, and nothing is stored.",
          .when = "At start-up.",
          .timer = "",
-         .cause = "The board was flashed without its option bytes, or with st-flash, which cannot write-protect pages.",
+         .cause =
+             "1, 2: the board was flashed without its option bytes, or with st-flash, which cannot write-protect "
+             "pages. "
+             "4: the chip was set to one bank or to start from the second one, and flashed without tools/image/board, "
+             "which refuses such a chip.",
          .check = "Read 3061:1: it contains 16 if the RAM parity is on, 32 if the program is write-protected, 64 if "
                   "the flash is read-protected, 128 if the flash has the right banks.",
          .cure =

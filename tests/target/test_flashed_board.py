@@ -5,6 +5,7 @@ import pathlib
 import re
 import subprocess
 
+import can
 import pytest
 
 import test_emulate_board as emulated
@@ -15,6 +16,7 @@ OPTION_BYTES_EMCY = 0x5500
 RAM_PARITY, WRITE_PROTECTION, BANKS = 16, 32, 128
 ONE_BANK, BANK_2 = -1 << 22, 1 << 20
 STORE_ALL, SAVE, HARDWARE_ERROR = 0x1010, 0x65766173, 0x06060000
+LSS_MASTER, LSS_SLAVE, LSS_CONFIGURE, LSS_NODE_ID, LSS_STORE, LSS_STORE_FAILED = 0x7E5, 0x7E4, (4, 1), 0x11, 0x17, 2
 
 
 def flashed(action: str) -> dict[int, int]:
@@ -28,6 +30,15 @@ def flashed(action: str) -> dict[int, int]:
     return registers
 
 
+def lss_error(bus, service, value=0):
+    bus.send(can.Message(arbitration_id=LSS_MASTER, data=[service, value, *bytes(6)], is_extended_id=False))
+    while (message := bus.recv(20.0)) is not None:
+        if message.arbitration_id == LSS_SLAVE:
+            assert message.data[0] == service
+            return message.data[1]
+    raise AssertionError("no answer")
+
+
 def check_that_it_only_talks(bus):
     """No torque, and no page is erased, which the emulated chip would report at the end."""
     for axis in (0, 0x800):
@@ -36,6 +47,9 @@ def check_that_it_only_talks(bus):
         assert emulated.read(bus, 0x6041 + axis, 0) & 0x4F == 0, "not ready to switch on"
     for sub in (1, 2, 3):
         assert emulated.write(bus, STORE_ALL, sub, SAVE, 4) == HARDWARE_ERROR
+    bus.send(can.Message(arbitration_id=LSS_MASTER, data=[*LSS_CONFIGURE, *bytes(6)], is_extended_id=False))
+    assert lss_error(bus, LSS_NODE_ID, 7) == 0
+    assert lss_error(bus, LSS_STORE) == LSS_STORE_FAILED
 
 
 @pytest.mark.parametrize("registers, detail, status", [
