@@ -60,9 +60,10 @@ int serve_device(const ServeCommand& command, const ServeBoard& serve_board) {
   options.pace = pace_of(command.speed);
   const PlantConfig plant = load_plant(command.plant);
   options.target = load_target(command.target, plant);
-  reports.open = [open = reports.open, &options](const std::vector<std::string>& addresses) {
+  reports.open = [open = reports.open, &options,
+                  sees_only_the_bus = !command.board.image.empty()](const std::vector<std::string>& addresses) {
     open(addresses);
-    print_start(options.target);
+    print_start(options.target, sees_only_the_bus);
   };
   if (!command.board.image.empty()) {
     options.catch_up_ticks = options.pace && *options.pace <= 1.0 ? kBoardCatchUp_ticks : options.catch_up_ticks;

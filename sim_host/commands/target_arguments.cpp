@@ -63,7 +63,7 @@ TargetOptions load_target(const TargetArguments& arguments, const PlantConfig& p
   return options;
 }
 
-void print_start(const TargetOptions& target) {
+void print_start(const TargetOptions& target, bool sees_only_the_bus) {
   if (!target.scenario) {
     return;
   }
@@ -73,6 +73,9 @@ void print_start(const TargetOptions& target) {
                                  : "there are pictures of it, and no camera frames";
   fmt::print("target: waits at azimuth {:.3f} deg, pitch {:.3f} deg; {}\n", start.angle_rad[kAzimuth] * kDegPerRad,
              start.angle_rad[kPitch] * kDegPerRad, result);
+  if (sees_only_the_bus) {
+    fmt::print(stderr, "target: flies when TPDO1 or TPDO2, with the mapping as delivered, shows an axis on target\n");
+  }
   (void)std::fflush(stdout);
 }
 

@@ -23,8 +23,9 @@ void add_target(CLI::App& command, OutputFiles& outputs, TargetArguments& argume
 // machine cannot follow; warns of what is unusual.
 TargetOptions load_target(const TargetArguments& arguments, const PlantConfig& plant);
 
-// A line on the standard output: where the target waits, and what shows it. None without a target.
-void print_start(const TargetOptions& target);
+// A line on the standard output: where the target waits, and what shows it. One on the standard error for a machine of
+// which only the bus is seen: how it is known that an axis tracks. None without a target.
+void print_start(const TargetOptions& target, bool sees_only_the_bus);
 
 }  // namespace trackservo::sim
 
