@@ -1,18 +1,13 @@
 """An axis without end stops beyond the range of its position: the encoder says where it is, 6064 by whole turns."""
 
-import math
 import struct
 
 import pytest
-from axis import ACKNOWLEDGED, CSP, ENABLE, NEW_SETPOINT, PP, PV, TARGET_REACHED, TPDO8, Axis, micro_rad, tenth_micro_rad
-from device import DEVICES, FAST, PROJECT
-from master import Master
+from axis import ACKNOWLEDGED, CSP, ENABLE, NEW_SETPOINT, PP, PV, TARGET_REACHED, TPDO8, micro_rad, tenth_micro_rad
+from device import FAST
+from slip_ring import DEG_S, RANGE_TURNS, TURN, be_seen_31_turns_away, endless_axis, remove_the_travel, wrapped
 
-OPEN = 0x6E65706F
 RELATIVE = 0x40
-TURN = 2e7 * math.pi
-RANGE_TURNS = 64
-DEG_S = 60
 AS_FAST_AS_IT_CAN = 100
 
 up_and_down = pytest.mark.parametrize("side", [1, -1], ids=["up", "down"])
@@ -20,40 +15,9 @@ up_and_down = pytest.mark.parametrize("side", [1, -1], ids=["up", "down"])
 
 @pytest.fixture
 def endless(tmp_path, pytestconfig, request):
-    """The azimuth of a tracker with a slip ring."""
     chosen = request.node.get_closest_marker("speed")
-    make = DEVICES[pytestconfig.getoption("--device")]
-    plant = tmp_path / "endless.toml"
-    text = (PROJECT / "sim_host/plants/tracker.toml").read_text()
-    for line in ("end_stops_deg = [-280.0, 280.0]\n", "cable_stiffness_nm_rad = 0.1\n"):
-        assert line in text
-        text = text.replace(line, "", 1)
-    plant.write_text(text)
-    served = make("slcan-tcp:0", chosen.args[0] if chosen else FAST, "--plant", str(plant))
-    master = Master(served.open_bus())
-    master.start()
-    master.node.sdo[0x3040][1].raw = OPEN
-    axis = Axis(master, 0)
-    axis.set(micro_rad(DEG_S + 5), 0x607F)
-    axis.set(micro_rad(DEG_S), 0x6081)
-    yield axis
-    master.close()
-    served.close()
-
-
-def remove_the_travel(axis):
-    for index, sub, value in ((0x607D, 1, 0), (0x607D, 2, 0), (0x2060, 9, 0.0), (0x2060, 10, 0.0), (0x2060, 21, 1.0)):
-        axis.set(value, index, sub)
-    axis.wait_until(lambda: [axis.get(0x607B, sub) for sub in (1, 2)] == [-2010619298, 2010619298])
-
-
-def be_seen_31_turns_away(axis, side):
-    """It may be there by its travel, and has been seen there (2061:5): the way there in no time."""
-    axis.set(side * 200.0, 0x2060, 10 if side > 0 else 9)
-    axis.wait_until(lambda: axis.get(0x2061, 1) & 2)
-    axis.set(side * 31, 0x2061, 5)
-    axis.wait_until(lambda: axis.get(0x2061, 1) == 0)
-    assert axis.get(0x6064) / TURN == pytest.approx(side * 31, abs=0.01)
+    with endless_axis(pytestconfig.getoption("--device"), chosen.args[0] if chosen else FAST, tmp_path) as axis:
+        yield axis
 
 
 class Encoder:
@@ -75,8 +39,7 @@ class Encoder:
 
     def check_position(self):
         """6064 was the true angle modulo 64 turns, to 1 count, in every sample."""
-        away = [(position / TURN - turns + RANGE_TURNS / 2) % RANGE_TURNS - RANGE_TURNS / 2 for turns, position in self.seen]
-        assert max(map(abs, away)) * TURN < 2
+        assert max(abs(wrapped(position - turns * TURN)) for turns, position in self.seen) < 2
 
 
 def turn_until(axis, encoder, side, turns):
@@ -110,8 +73,7 @@ def stream_by(axis, encoder, degrees):
     axis.set(100, 0x60C2, 1)
     steps = round(abs(degrees) / 2.0)
     for step in range(1, steps + 6):
-        target = start / TURN + degrees / 360 * min(step / steps, 1.0)
-        axis.set(round(((target + RANGE_TURNS / 2) % RANGE_TURNS - RANGE_TURNS / 2) * TURN), 0x607A)
+        axis.set(round(wrapped(start + tenth_micro_rad(degrees * min(step / steps, 1.0)))), 0x607A)
         sent = len(encoder.seen)
         axis.wait_until(lambda sent=sent: len(encoder.seen) >= sent + 5)
     assert 360 * (encoder.turns - before) == pytest.approx(degrees, abs=0.05)
