@@ -11,7 +11,7 @@
 #include "analysis/statistics.hpp"
 #include "check/results_file.hpp"
 #include "config/config_error.hpp"
-#include "text_file.hpp"
+#include "json_text.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -104,7 +104,7 @@ std::size_t Comparison::count(ChangeKind kind) const {
 
 Baseline read_baseline(const std::filesystem::path& file) {
   try {
-    const nlohmann::json json = nlohmann::json::parse(read_text(file));
+    const nlohmann::json json = parse_json(read_text(file));
     if (json.at("format") != kResultsFormat) {
       throw ConfigError(fmt::format("its format is not {}", kResultsFormat));
     }
@@ -113,6 +113,9 @@ Baseline read_baseline(const std::filesystem::path& file) {
       baseline.figures.push_back(figure_of(row, baseline.seeds.size()));
     }
     return baseline;
+  } catch (const TextFileError& error) {
+    throw ConfigError(fmt::format("{}:{}: {}; give a results.json of sim_host check, or omit --baseline", file.string(),
+                                  error.line(), error.what()));
   } catch (const std::exception& error) {
     throw ConfigError(fmt::format("{}: is not a results.json of sim_host check ({}); give one, or omit --baseline",
                                   file.string(), error.what()));

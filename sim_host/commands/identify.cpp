@@ -6,7 +6,7 @@
 //   identify design --identified RESULT.json [--wishes FILE] --parameters FILE --json FILE
 //   identify paper-damping --slope 308.1 --inertia 23.5 --viscous 11.876
 //
-// Exit codes: 0 all parameters, 1 wrong input, 2 some were refused.
+// Exit codes, as of sim_host: 0 all parameters, 1 some were refused, 2 wrong input.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -21,9 +21,9 @@
 #include "gain_design/identified_plant_json.hpp"
 #include "identification/identification.hpp"
 #include "identification/result_json.hpp"
+#include "json_text.hpp"
 #include "test_plan/test_plan_json.hpp"
 #include "test_plan/test_plan_text.hpp"
-#include "text_file.hpp"
 
 namespace identification = trackservo::identification;
 namespace commissioning = trackservo::commissioning;
@@ -31,7 +31,8 @@ namespace gain_design = trackservo::gain_design;
 
 namespace {
 
-constexpr int kRefused = 2;
+constexpr int kRefused = 1;
+constexpr int kWrongInput = 2;
 
 struct FitOptions {
   std::string recording;
@@ -98,7 +99,7 @@ struct PlanOptions {
 // Results of a first look, from its file.
 commissioning::RoughMachine load_rough_machine(const std::string& path) {
   try {
-    const nlohmann::json result = nlohmann::json::parse(trackservo::read_text(path));
+    const nlohmann::json result = trackservo::parse_json(trackservo::read_text(path));
     if (result.at("format") != "trackservo-identification" || result.at("version") != 1) {
       throw std::runtime_error(fmt::format("{}: is not of format trackservo-identification, version 1.", path));
     }
@@ -193,10 +194,14 @@ int main(int argc, char **argv) {
     add_paper_damping(app, damping);
     identification::DesignCommand design;
     identification::add_design_command(app, design);
-    CLI11_PARSE(app, argc, argv);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : kWrongInput;
+    }
     return code;
   } catch (const std::exception& error) {
     (void)std::fprintf(stderr, "identify: %s\n", error.what());
-    return 1;
+    return kWrongInput;
   }
 }

@@ -185,7 +185,7 @@ CommissionedAndTuned commission_and_tune(const sim::PlantConfig& plant, int axis
 
 // Both axes at the same time, as if each machine had one axis: one thread each.
 int identify(const IdentifyOptions& options) {
-  constexpr int kRefused = 2;  // like the program identify
+  constexpr int kRefused = 1;  // like the program identify
   int code = 0;
   const sim::PlantConfig plant = sim::load_plant(options.plant);
   sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));

@@ -1,4 +1,4 @@
-"""The programs under test, and the exit code of each for wrong input."""
+"""The programs under test, and their exit code for wrong input."""
 
 import os
 import pathlib
@@ -8,4 +8,4 @@ PROGRAMS = {
     "sim_host": os.environ.get("SIM_HOST", str(PROJECT / "build/host/bin/sim_host")),
     "identify": os.environ.get("IDENTIFY", str(PROJECT / "build/host/bin/identify")),
 }
-WRONG_INPUT = {"sim_host": 2, "identify": 1}
+WRONG_INPUT = 2

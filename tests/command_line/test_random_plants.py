@@ -69,6 +69,7 @@ def test_shards_from_two_calls_are_merged_to_the_files_of_one(tmp_path, identifi
         assert done.returncode == GOOD, done.stderr
         if "--log" not in options:
             whole = files_in(tmp_path)
+            assert len(list((tmp_path / "out").iterdir())) == len(whole)
     merged = random_plants(tmp_path, "--merge", two, one, "--seeds", "7-10")
     assert merged.returncode == GOOD, merged.stderr
     assert files_in(tmp_path) == whole
@@ -107,7 +108,7 @@ def test_a_damaged_file_of_identified_axes_is_refused_in_one_sentence(tmp_path, 
     identified.write_text(damage(identified.read_text()))
     done = random_plants(tmp_path, "--identified", identified, "--seeds", 2)
     assert done.returncode == WRONG_INPUT
-    assert done.stderr.startswith(f"sim_host: {identified}: ") and done.stderr.count("\n") == 1 and says in done.stderr
+    assert done.stderr.startswith(f"sim_host: {identified}:") and done.stderr.count("\n") == 1 and says in done.stderr
 
 
 @pytest.mark.parametrize("options", [

@@ -2,25 +2,36 @@
 one, with the same line."""
 
 import codecs
+import json
 import os
 import subprocess
 import threading
+import tomllib
 
 import pytest
 from programs import PROGRAMS, PROJECT, WRONG_INPUT
+from test_random_plants import identified_axis
 
 PLANT, SCENARIO = PROJECT / "sim_host/plants/tracker.toml", PROJECT / "sim_host/scenarios/sine.toml"
+RANGE = "--lowest-rad -1 --highest-rad 1 --torque-nm 100 --fastest-rad-s 1"
+RESULT = identified_axis(tomllib.loads(PLANT.read_text())["pitch"])
 HEADER = "time_s,run,kind,joint_angle_rad,joint_rate_rad_s,inertial_rate_rad_s,torque_nm,reference\n"
 
-# Command with FILE, the file's text, and a part of the answer.
+# Command with FILE, and GOOD for a good result of an identification; the file's text, and a part of the answer.
+OTHER_JSON = '{"format":\n "other",\n "note": "Größe"}\n'
 READERS = {
     "plant": (f"sim_host run --plant FILE --scenario {SCENARIO}", "# Größe\n" + PLANT.read_text(), "rms"),
     "scenario": (f"sim_host run --plant {PLANT} --scenario FILE", "# Größe\n" + SCENARIO.read_text(), "rms"),
     "gains": ("sim_host check --gains FILE", "# Größe\n[azimuth.speed_loop]\nproportional_gain = -1\n", ":3: azimuth."),
     "limits": ("sim_host check --limits FILE", "# Größe\n\nnonsense = 1\n", ":3: nonsense"),
     "recording": ("identify fit FILE", HEADER + "0,1,1,0,0,0,0,0\n0.001,1,1,x,0,0,0,0\n", ":3: joint_angle_rad is 'x'"),
-    "result": ("identify design --identified FILE --parameters none --json none", '{"format":\n "other"}\n', "is not a"),
+    "result": ("identify design --identified FILE --parameters none --json none", OTHER_JSON, "is not a trackservo-identification"),
+    "requirements": ("identify design --identified GOOD --requirements FILE --parameters none --json none", OTHER_JSON, '"format"'),
+    "parameters": ("identify design --identified GOOD --parameters FILE --json none", OTHER_JSON, "format"),
+    "first look": (f"identify plan {RANGE} --identified FILE", OTHER_JSON, "is not of format trackservo-identification"),
+    "baseline": ("sim_host check --baseline FILE", OTHER_JSON, "its format is not"),
 }
+
 
 FORMS = {
     "UTF-8 with BOM": lambda text: text.encode("utf-8-sig"),
@@ -31,6 +42,7 @@ FORMS = {
     "CR LF": lambda text: text.replace("\n", "\r\n").encode(),
     "CR": lambda text: text.replace("\n", "\r").encode(),
     "UTF-16 and CR LF": lambda text: text.replace("\n", "\r\n").encode("utf-16"),
+    "empty lines at the end": lambda text: f"{text}\n\n".encode(),
     "no end of the last line": lambda text: text.rstrip("\n").encode(),
     "NUL at the end": lambda text: f"{text}\0\0".encode(),
     "end of file of DOS": lambda text: f"{text}\x1a".encode(),
@@ -38,7 +50,9 @@ FORMS = {
 
 
 def answer(reader, file):
-    program, *words = READERS[reader][0].replace("FILE", str(file)).split()
+    good = file.with_name("good.json")
+    good.write_text(json.dumps(RESULT))
+    program, *words = READERS[reader][0].replace("FILE", str(file)).replace("GOOD", str(good)).split()
     done = subprocess.run([PROGRAMS[program], *words], capture_output=True, text=True, timeout=60)
     return done.returncode, done.stdout, done.stderr
 
@@ -67,5 +81,50 @@ def test_what_is_no_text_is_refused_in_one_sentence(tmp_path, reader, bytes_):
     file = tmp_path / "file"
     file.write_bytes(bytes_)
     code, out, err = answer(reader, file)
-    assert code == WRONG_INPUT[READERS[reader][0].split()[0]] and not out
+    assert code == WRONG_INPUT and not out
     assert str(file) in err and "save it as UTF-8" in err and err.count("\n") == 1, err
+
+
+def refused(reader, file, line):
+    code, out, err = answer(reader, file)
+    assert code == WRONG_INPUT and not out and err.count("\n") == 1, (code, out, err)
+    assert f" {file}:{line}: " in err, err
+
+
+# A file with %s for a number, and what is no number there: TOML takes 1_0.
+NO_NUMBERS = ["1e400", "nan", "1,5", "1;5", "1__0", "", "x", "\u0661"]
+NUMBERS = {
+    **dict.fromkeys(("gains",), "# Größe\n[azimuth.speed_loop]\nproportional_gain = %s\n"),
+    **dict.fromkeys(("result", "requirements", "parameters", "first look", "baseline"), '{"note": "Größe",\n "format":\n  %s}\n'),
+    "recording": HEADER + "0,1,1,0,0,0,0,0\n0.001,1,1,%s,0,0,0,0\n",
+    "plant": "# Größe\n\nsupply_v = %s\n",
+    "scenario": '# Größe\nname = "sine"\ntitle = "sine"\nkind = "speed_sine"\nduration_s = %s\n',
+    "limits": "# Größe\n[learned]\nseeds = %s\n",
+}
+
+
+@pytest.mark.parametrize("number", NO_NUMBERS)
+@pytest.mark.parametrize("reader", READERS)
+def test_a_number_that_is_none_is_named_with_its_line(tmp_path, reader, number):
+    file = tmp_path / "file"
+    file.write_text(NUMBERS[reader] % number)
+    refused(reader, file, 1 + NUMBERS[reader].partition("%s")[0].count("\n"))
+
+
+@pytest.mark.parametrize("bytes_", [b"", codecs.BOM_UTF8, b"\r\n\r\n"], ids=["empty", "only a BOM", "only line ends"])
+@pytest.mark.parametrize("reader", READERS)
+def test_a_file_without_a_text_is_refused_in_one_sentence(tmp_path, reader, bytes_):
+    file = tmp_path / "file"
+    file.write_bytes(bytes_)
+    code, out, err = answer(reader, file)
+    assert code == WRONG_INPUT and not out and err.count("\n") == 1 and f" {file}:" in err, (code, out, err)
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_million_lines_are_read(tmp_path, reader):
+    count = 1_000_000
+    file = tmp_path / "file"
+    rows = "".join(f"{1e-3 * i:.3f},1,1,0,0,0,0,0\n" for i in range(count))
+    bad = {"recording": HEADER + rows + "x,1,1,0,0,0,0,0\n"}.get(reader, "\n" * (count + 1) + "]\n")
+    file.write_text(bad)
+    refused(reader, file, count + 2)

@@ -108,7 +108,7 @@ InputFile result_file() {
 
 void test_numbers_that_no_float_can_hold_are_named() {
   check_says(error_of([] { parse_input_file("wishes.json", "{\"setpoint_weight\": 9E339}"); }),
-             "wishes.json: [json.exception.out_of_range.406] number overflow");
+             "wishes.json:1: [json.exception.out_of_range.406] number overflow");
   InputFile device = device_file();
   device.json["0x2000:1"] = 1e300;
   check_says(error_of([&] { read_device_parameters(device); }), "is 1e+300; give a number from 0.0 to 1000000.0");
@@ -186,7 +186,7 @@ void test_another_file_is_refused() {
   InputFile file = result_file();
   file.json["checks"].erase("delay_s");
   check_says(error_of([&] { read_identified_plant(file); }), "\"checks/delay_s\" is missing or not a number");
-  check_says(error_of([] { load_input_file("nowhere/wishes.json"); }), "nowhere/wishes.json: cannot be read");
+  check_says(error_of([] { load_input_file("nowhere/wishes.json"); }), "nowhere/wishes.json:1: cannot be read");
 }
 
 void test_the_design_says_all_that_servoctl_reads() {

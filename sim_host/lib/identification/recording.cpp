@@ -56,11 +56,14 @@ class Reader {
     throw RecordingError(fmt::format("{}:{}: {}; {}.", name_, line_, what, right));
   }
 
+  // Empty lines are skipped, as spreadsheets and editors leave them at the end.
   bool next(std::string& line) {
-    if (!std::getline(input_, line)) {
-      return false;
-    }
-    ++line_;
+    do {
+      if (!std::getline(input_, line)) {
+        return false;
+      }
+      ++line_;
+    } while (line.empty());
     return true;
   }
 

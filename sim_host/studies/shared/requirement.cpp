@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "base/json_file.hpp"
+#include "json_text.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -41,8 +41,13 @@ Json row_of(const RequirementSource& source, const Requirement& requirement) {
 }
 
 Json read_results(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  Json results = Json::parse(stream, nullptr, false);
+  Json results;
+  try {
+    results = parse_json<Json>(read_text(file));
+  } catch (const TextFileError& error) {
+    throw std::runtime_error(fmt::format("{}:{}: {}; run sim_host experiments of this version first", file.string(),
+                                         error.line(), error.what()));
+  }
   if (!results.is_object() || !results.contains(kList)) {
     throw std::runtime_error(
         fmt::format("{}: has no list \"{}\"; run sim_host experiments of this version first", file.string(), kList));

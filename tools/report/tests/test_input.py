@@ -40,7 +40,7 @@ def test_missing_results_are_named(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_broken_json_is_named_with_its_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "results.json").write_text('{\n "schema_version": 1,\n oops', encoding="utf-8")
-    refused(tmp_path, capsys, "results.json:3", "not valid JSON")
+    refused(tmp_path, capsys, "results.json:3", "invalid JSON")
 
 
 def test_nan_is_not_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

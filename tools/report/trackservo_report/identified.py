@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,7 @@ import plotly.graph_objects as go
 
 from .controllers import COMPENSATED
 from .display import number
-from .load import IdentifiedAxis, IdentifiedParameter, InputError, Results
+from .load import IdentifiedAxis, IdentifiedParameter, Results, read_json
 from .theme import INK, MUTED, Figure, View, canvas, panels
 from .traces import Series, read_columns
 
@@ -234,10 +233,7 @@ class _Axis:
 
     def _result(self) -> dict[str, Any]:
         file = self.folder / "result.json"
-        try:
-            loaded: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{file}: cannot be read: {error}.") from error
+        loaded: dict[str, Any] = read_json(file)
         return loaded
 
 

@@ -6,13 +6,13 @@ import json
 from dataclasses import dataclass, fields
 from importlib import resources
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 import jsonschema
 
 from .errors import InputError
 from .experiments import experiments
-from .text import read_text
+from .text import json_of, read_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,16 +219,7 @@ def read_json(file: Path) -> Any:
         raise InputError(f"{file.parent}: no such folder; run 'sim_host experiments --out {file.parent}' first.")
     if not file.is_file():
         raise InputError(f"{file}: not found; run 'sim_host experiments --out {file.parent}' first.")
-    try:
-        return json.loads(read_text(file).text, parse_constant=_refuse_constant)
-    except json.JSONDecodeError as error:
-        raise InputError(f"{file}:{error.lineno}: not valid JSON: {error.msg}.") from error
-    except ValueError as error:
-        raise InputError(f"{file}: {error}.") from error
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is not a number that JSON allows; use null")
+    return json_of(read_text(file))
 
 
 def schema() -> dict[str, Any]:

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from servoctl import text_file
 from servoctl.errors import ServoctlError
 from servoctl.text_file import TextFile
 
 from .errors import InputError
+
+
+def json_of(source: TextFile) -> Any:
+    """Every fault is an `InputError`."""
+    try:
+        return text_file.json_of(source)
+    except ServoctlError as error:
+        raise InputError(str(error)) from error
 
 
 def read_text(file: Path) -> TextFile:

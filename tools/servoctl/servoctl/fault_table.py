@@ -6,7 +6,6 @@ sends without a fault of the servo are here.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 from .errors import InputError
 from .parameter import AXES
 from .schema import at_hand, faults_file, named_file
-from .text_file import read_text
+from .text_file import json_of, read_text
 
 SOURCES = ("node", *AXES, "board", "store")
 """Of an EMCY message, byte 4."""
@@ -119,11 +118,11 @@ NO_FAULTS = FaultTable({}, ())
 
 def load_faults(path: Path) -> FaultTable:
     """Raises InputError when the file cannot be read or is no fault table."""
+    content = json_of(read_text(path))
     try:
-        content = json.loads(read_text(path).text)
         faults = [_fault(row) for row in content["faults"]]
         signals = tuple((str(row["name"]), str(row["unit"])) for row in content["signals"])
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not a faults.json of the trackservo build ({error!r}).") from error
     return FaultTable({fault.number: fault for fault in faults}, signals)
 

@@ -7,16 +7,13 @@ friction level and load over the joint angle.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
 from .identified import Estimate, Identified
 from .recorder import HYSTERESIS, SPEED_SWEEP
-from .text_file import read_text
 from .units import TICK_S
 
 Real = NDArray[np.float64]
@@ -27,17 +24,6 @@ SHORTEST_LEG = 50
 """Ticks at one set-point that make a point of the Stribeck curve."""
 LEG_BAND = 0.3
 """Maximum deviation of the mean speed of a leg from its set-point, as a share of it."""
-
-
-def read_columns(path: Path) -> Columns:
-    """A CSV with a header, as columns by name; raises InputError."""
-    lines = (line for _, line in read_text(path).lines())
-    names = next(lines, "").strip().split(",")
-    try:
-        table = np.loadtxt(lines, delimiter=",", ndmin=2)
-        return dict(zip(names, table.T, strict=True)) if table.size else {name: np.empty(0) for name in names}
-    except ValueError as error:
-        raise InputError(f"{path}: cannot be read: {error}.") from error
 
 
 @dataclass(frozen=True)

@@ -18,12 +18,12 @@ from .friction_curves import (
     legs,
     mean_loop,
     over_position,
-    read_columns,
     steady_friction_nm,
     whiteness,
 )
 from .identified import Identified
 from .journal import now
+from .number_table import read_columns
 from .parameter import Parameter, Value
 from .page import PageTable, Section, write_page
 from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of

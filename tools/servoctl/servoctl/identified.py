@@ -162,7 +162,7 @@ def read_identified(path: Path) -> Identified:
         }
         refused = [(row["parameter"], row["message"]) for row in data["refused"]]
         missing = [name for name in NAMES if name not in estimates]
-    except (KeyError, TypeError, IndexError) as error:
+    except (AttributeError, KeyError, TypeError, IndexError) as error:
         raise InputError(f"{path}: not a result of 'identify fit': {error!r}.") from error
     if missing:
         raise InputError(f"{path}: not a result of 'identify fit': {missing[0]} is missing.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
@@ -12,11 +11,12 @@ from typing import Any
 from .errors import InputError
 from .test_plan import Envelope, TestPlan, read_test_plan
 from .schema import named_file_of, starts
-from .text_file import read_text
+from .text_file import json_of, read_text
 
 ENVIRONMENT = "TRACKSERVO_IDENTIFY"
 BUILD = "cmake --preset host && cmake --build --preset host --target identify"
-FITTED, REFUSED_SOME = 0, 2
+FITTED, REFUSED_SOME, REFUSED_SOME_BEFORE = 0, 1, 2
+"""Exit codes; programs before 2026-12 ended with 2 where they end with 1 now, both without a sentence."""
 
 
 def find_identify(explicit: Path | None) -> Path:
@@ -79,7 +79,7 @@ class IdentifyProgram:
         words = ["fit", str(recording), *_written("--json", result)]
         words += ["--residuals", str(residuals)] if residuals else []
         words += ["--structure", str(structure)] if structure else []
-        return self._run(words, REFUSED_SOME) == FITTED
+        return self._run(words, (REFUSED_SOME, REFUSED_SOME_BEFORE)) == FITTED
 
     def design(self, identified: Path, requirements: Path, parameters: Path, design: Path) -> Any:
         """The gains for given requirements, in the form of design.json."""
@@ -88,13 +88,13 @@ class IdentifyProgram:
         self._run([*words, *_written("--json", design)])
         return read_json(design, "trackservo-design")
 
-    def _run(self, words: list[str], also_good: int = FITTED) -> int:
+    def _run(self, words: list[str], good_in_silence: tuple[int, ...] = ()) -> int:
         try:
             done = subprocess.run([str(self.path), *words], capture_output=True, text=True)
         except OSError as error:
             raise InputError(f"{self.path}: cannot be run: {error.strerror}.") from error
-        if done.returncode not in (FITTED, also_good):
-            reported = [line for line in done.stderr.splitlines() if line.strip()]
+        reported = [line for line in done.stderr.splitlines() if line.strip()]
+        if done.returncode != FITTED and (reported or done.returncode not in good_in_silence):
             reason = " ".join(line.strip() for line in reported).removeprefix("identify: ")
             raise InputError(
                 f"'identify {words[0]}' failed:"
@@ -110,10 +110,7 @@ def _written(option: str, file: Path) -> tuple[str, str, str]:
 
 def read_json(path: Path, kind: str) -> Any:
     """A file of `identify` of this format, version 1; raises InputError."""
-    try:
-        data = json.loads(read_text(path).text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: invalid JSON: {error}.") from error
+    data = json_of(read_text(path))
     if not isinstance(data, dict) or (data.get("format"), data.get("version")) != (kind, 1):
         raise InputError(f"{path}: not a file of format {kind}, version 1.")
     return data

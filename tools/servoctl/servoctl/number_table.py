@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .text_file import TextFile
+from .text_file import TextFile, read_text
 
 Real = NDArray[np.float64]
 
@@ -28,6 +28,32 @@ LARGEST = 1e12
 """Of a number, in its unit: beyond it, the computation would be inexact."""
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _HINT = re.compile(r"sep=.", re.IGNORECASE)
+
+
+def read_columns(path: Path) -> dict[str, Real]:
+    """A CSV that a program of ours wrote, as columns by title; a cell may be nan. Raises InputError with file and line."""
+    rows = [(number, line) for number, line in read_text(path).lines() if line.strip()]
+    titles = [title.strip() for title in rows[0][1].split(",")] if rows else []
+    del rows[:1]
+    try:
+        values = np.loadtxt((line for _, line in rows), delimiter=",", comments=None, ndmin=2) if rows else np.empty((0, len(titles)))
+        good = values.shape[1] == len(titles) and not bool(np.any(np.isinf(values)))
+    except ValueError:
+        good = False
+    if not good:
+        raise InputError(_first_bad_row(path, titles, rows))
+    return dict(zip(titles, values.T, strict=True))
+
+
+def _first_bad_row(path: Path, titles: Sequence[str], rows: Sequence[tuple[int, str]]) -> str:
+    for number, line in rows:
+        cells = line.split(",")
+        if len(cells) != len(titles):
+            return f"{path}:{number}: {len(cells)} values, but the title line has {len(titles)} columns."
+        for title, cell in zip(titles, cells, strict=True):
+            if not (_NUMBER.fullmatch(cell) and np.isfinite(float(cell))) and cell.strip().lower() != "nan":
+                return f"{path}:{number}: {title} is '{cell.strip()}', expected a number."
+    return f"{path}: is not a table of numbers."
 
 
 class Places(Sequence[str]):

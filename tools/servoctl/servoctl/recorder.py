@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from .borrowed_stream import BorrowedStream
 from .device import Device
 from .errors import InputError, MotionError
+from .number_table import read_columns
 from .parameter import AXIS_SHIFT
 from .pdo_loan import PdoLoan, borrowed_identifiers
 from .units import TICK_S
@@ -79,11 +81,9 @@ class Recording:
 
 def read_recording(path: Path) -> Recording:
     """What `Recording.write` has written; raises InputError."""
-    try:
-        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2).T
-        columns = dict(zip(Recording.__dataclass_fields__, table, strict=True))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}.") from error
+    columns: dict[str, Any] = dict(read_columns(path))
+    if list(columns) != list(Recording.__dataclass_fields__):
+        raise InputError(f"{path}:1: is not the title line of a recording, {','.join(Recording.__dataclass_fields__)}.")
     whole = {name: columns[name].astype(np.int64) for name in ("run", "kind")}
     return Recording(**{**columns, **whole})
 

@@ -9,7 +9,6 @@ Names are derived from it and do not change: axis, object and entry, as in azimu
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import zlib
@@ -23,7 +22,7 @@ from canopen.objectdictionary import ObjectDictionary, ODArray, ODRecord, ODVari
 from .errors import InputError
 from .parameter import AXES, TYPES, Parameter
 from .suggestions import suggest
-from .text_file import read_text
+from .text_file import json_of, read_text
 
 ENVIRONMENT = "SERVOCTL_PARAMETERS"
 CARRIED = Path(__file__).resolve().parent / "descriptions" / "parameters.json"
@@ -153,10 +152,7 @@ def _variable(parameter: Parameter) -> ODVariable:
 
 def load_schema(path: Path) -> Schema:
     """Reads a parameters.json; raises InputError naming file and reason."""
-    try:
-        content: dict[str, Any] = json.loads(read_text(path).text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: invalid JSON: {error}.") from error
+    content: dict[str, Any] = json_of(read_text(path))
     try:
         rows = content["objects"]
         heads = {int(row["index"]): str(row["name"]) for row in rows if row["sub"] == 0}

@@ -11,7 +11,7 @@ from typing import Any
 
 from .errors import InputError
 from .recorder import BREAK_AWAY, CHIRP, HYSTERESIS, SPEED_SWEEP, TORQUE_RAMPS
-from .text_file import read_text
+from .text_file import json_of, read_text
 from .units import degrees
 
 KINDS = {
@@ -179,8 +179,8 @@ def as_json(test_plan: TestPlan) -> dict[str, Any]:
 
 def read_test_plan(path: Path) -> TestPlan:
     """Raises InputError with the file and its error."""
+    data = json_of(read_text(path))
     try:
-        data = json.loads(read_text(path).text)
         if data["format"] != "trackservo-programme" or data["version"] != 1:
             raise ValueError(f"is {data['format']} version {data['version']}, not trackservo-programme version 1")
         test_plan = TestPlan(
@@ -193,7 +193,7 @@ def read_test_plan(path: Path) -> TestPlan:
         return test_plan
     except KeyError as error:
         raise InputError(f"{path}: not a test plan of 'identify plan': {error.args[0]} is missing.") from error
-    except (ValueError, TypeError, RecursionError) as error:
+    except (ValueError, TypeError) as error:
         raise InputError(f"{path}: not a test plan of 'identify plan': {error}.") from error
 
 

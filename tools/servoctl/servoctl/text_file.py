@@ -7,12 +7,14 @@ LF, CR LF or CR. A pipe is read as a file is.
 from __future__ import annotations
 
 import codecs
+import json
+import math
 import os
 import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, NoReturn
 
 from .errors import InputError
 
@@ -24,6 +26,8 @@ _MARKS = (
 )  # fmt: skip
 """In this order: the mark of UTF-32 begins as one of UTF-16."""
 _BLOCK = 1 << 20
+_MOST_DIGITS = 300
+"""Of a whole number: a float can still hold it."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,29 @@ def read_text(path: Path, most_bytes: int = MAX_BYTES) -> TextFile:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise InputError(f"{path}:{line}: has a NUL character: it is no text file, or UTF-16 without a byte order mark; save it as UTF-8.")
     return TextFile(path, text)
+
+
+def json_of(source: TextFile) -> Any:
+    """Raises InputError, with the line of what is no JSON; numbers that are not finite are none."""
+    try:
+        return json.loads(source.text, parse_constant=_no_number, parse_float=_finite, parse_int=_whole)
+    except json.JSONDecodeError as error:
+        raise InputError(f"{source.path}:{error.lineno}: invalid JSON: {error.msg}.") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{source.path}: invalid JSON: {error}.") from error
+
+
+def _no_number(text: str) -> NoReturn:
+    raise ValueError(f"{text} is not a number that JSON allows")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    return value if math.isfinite(value) else _no_number(text)
+
+
+def _whole(text: str) -> int:
+    return int(text) if len(text) < _MOST_DIGITS else _no_number(f"{text[:12]}...")
 
 
 def read_bytes(path: Path, most_bytes: int = MAX_BYTES) -> bytes:

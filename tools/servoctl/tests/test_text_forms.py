@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import json
 import os
 import subprocess
 import sys
@@ -17,10 +18,14 @@ import pytest
 
 from servoctl.errors import InputError
 from servoctl.fault_table import load_faults
-from servoctl.friction_curves import read_columns
 from servoctl.gains_file import parse_gains, read_gains, write_gains
+from servoctl.identified import NAMES, read_identified
+from servoctl.number_table import read_columns
+from servoctl.recorder import Recording
+from servoctl.recorder import read_recording as read_runs
 from servoctl.recording import read as read_recording
 from servoctl.schema import load_schema
+from servoctl.test_plan import LIMIT_FIELDS, read_test_plan
 from servoctl.trajectory import read_trajectory
 from servoctl.two_lines import read_entries
 
@@ -56,6 +61,20 @@ def columns(path: Path) -> Any:
     return {name: values.tolist() for name, values in read_columns(path).items()}
 
 
+def runs(path: Path) -> Any:
+    found = read_runs(path)
+    return {name: getattr(found, name).tolist() for name in Recording.__dataclass_fields__}
+
+
+def plan(path: Path) -> Any:
+    return read_test_plan(path)
+
+
+def identified(path: Path) -> Any:
+    found = read_identified(path)
+    return found.estimates, found.refused
+
+
 def recording(path: Path) -> Any:
     return read_recording(path)
 
@@ -79,9 +98,26 @@ JSON = [
     Reader(objects, "parameters.json", PARAMETERS.read_text()),
     Reader(faults, "faults.json", PARAMETERS.with_name("faults.json").read_text()),
 ]
-COLUMNS = Reader(columns, "runs.csv", "time_s,torque\n0,1\n1,2\n")
+EXPERIMENT = {"kind": 1, "duration_s": 1.0}
+PLAN = {
+    "format": "trackservo-programme", "version": 1, "stage": "first_look", "duration_s": 1.0, "moving_rad_s": 0.1,
+    "limits": dict.fromkeys(LIMIT_FIELDS, 1.0), "places": [{"angle_rad": 0.5, "experiments": [EXPERIMENT]}], "note": "Größe",
+}  # fmt: skip
+FOUND = {
+    "format": "trackservo-identification", "version": 1, "refused": [], "note": "Größe",
+    "parameters": {name: {"value": 1.5, "unit": "Nm", "interval_95": [1.0, 2.0], "paper_method": None} for name in NAMES},
+}  # fmt: skip
+JSON += [
+    Reader(plan, "plan.json", json.dumps(PLAN, indent=1, ensure_ascii=False) + "\n"),
+    Reader(identified, "result.json", json.dumps(FOUND, indent=1, ensure_ascii=False) + "\n"),
+]
+RUN_TITLES = ",".join(Recording.__dataclass_fields__)
+TABLES = [
+    Reader(columns, "residuals.csv", "time_s,torque\n0,1\n1,2\n"),
+    Reader(runs, "runs.csv", f"{RUN_TITLES}\n0,1,1,0.1,2e-3,0.5,1,2\n0.001,1,1,0.1,2e-3,0.5,1,-2\n"),
+]
 BY_HAND = [PATH, GAINS, ELEMENTS]
-READERS = [*BY_HAND, *JSON, COLUMNS]
+READERS = [*BY_HAND, *JSON, *TABLES]
 
 FORMS: dict[str, Callable[[str], bytes]] = {
     "UTF-8": lambda text: text.encode(),
@@ -191,6 +227,48 @@ def test_a_number_that_is_none_is_named_with_its_line(tmp_path: Path, text: str,
     with pytest.raises(InputError) as refused:
         read_trajectory(path)
     assert str(refused.value).startswith(f"{path}:{line}: ") and words in str(refused.value)
+
+
+@pytest.mark.parametrize("read, titles", [(columns, "time_s,run"), (runs, RUN_TITLES)], ids=["columns", "runs"])
+@pytest.mark.parametrize("bad", ["1e400", "-inf", "1_000", "0x10", "", "1 2", "1,5", "\u0661", "1;5"])
+def test_a_bad_number_in_a_table_of_ours_is_named_with_its_line(tmp_path: Path, read: Callable[[Path], Any], titles: str, bad: str) -> None:
+    path = tmp_path / "runs.csv"
+    rest = ",1" * titles.count(",")
+    path.write_text(f"{titles}\n0{rest}\n\n{bad}{rest}\n", encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        read(path)
+    assert str(refused.value).startswith(f"{path}:4: ") and "\n" not in str(refused.value)
+
+
+def test_a_table_of_ours_may_have_no_gyro(tmp_path: Path) -> None:
+    path = tmp_path / "runs.csv"
+    path.write_text(f"{RUN_TITLES}\n0,1,1,0,0,nan,0,0\n0.001,1,1,0,0,NaN,0,0\n")
+    assert np.isnan(read_runs(path).inertial_rate_rad_s).all()
+    path.write_text("time_s,run\n0,1\n")
+    with pytest.raises(InputError, match="runs.csv:1: is not the title line of a recording"):
+        read_runs(path)
+
+
+@pytest.mark.parametrize("reader", JSON, ids=str)
+@pytest.mark.parametrize("number, words", [
+    ("NaN", "NaN is not a number"), ("-Infinity", "-Infinity is not a number"), ("1e400", "1e400 is not a number"),
+    ("1" + "0" * 400, "100000000000... is not a number"), ("1_000", "delimiter"), ("1,5", "delimiter|property name|expecting"), ("0x10", "delimiter"),
+])  # fmt: skip
+def test_a_number_that_is_none_in_json_is_refused(tmp_path: Path, reader: Reader, number: str, words: str) -> None:
+    path = tmp_path / reader.name
+    path.write_text(f'{{"version": {number}}}\n')
+    with pytest.raises(InputError, match=f"{reader.name}:?1?: invalid JSON: .*({words})"):
+        reader.read(path)
+
+
+def test_a_million_rows_of_ours_are_read_and_a_bad_one_is_named(tmp_path: Path) -> None:
+    count = 1_000_000
+    path = tmp_path / "residuals.csv"
+    path.write_text("time_s,torque\n" + "".join(f"{i},{i % 7}.5\n" for i in range(count)))
+    assert len(read_columns(path)["time_s"]) == count
+    path.write_text(path.read_text() + "x,1\n")
+    with pytest.raises(InputError, match=f"residuals.csv:{count + 2}: time_s is 'x'"):
+        read_columns(path)
 
 
 def test_a_million_rows_are_read_or_refused(tmp_path: Path) -> None:

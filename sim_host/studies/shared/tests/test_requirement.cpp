@@ -68,6 +68,23 @@ void test_a_study_replaces_its_own_rows_only() {
   TEST_ASSERT_EQUAL_STRING("azimuth", again["axis"].get<std::string>().c_str());
 }
 
+void test_results_in_another_encoding_are_read() {
+  const auto folder = folder_with("\xEF\xBB\xBF{\"requirements\": []}\r\n");
+  TEST_ASSERT_TRUE(
+      record_requirements({"sim_host a", "abc", "tracker"}, {{"x", "", "sigma", "urad", 1.0, {0.5}}}, folder));
+  TEST_ASSERT_EQUAL(1, read(folder / "results.json")["requirements"].size());
+}
+
+void test_what_is_no_json_is_named_with_its_line() {
+  const auto folder = folder_with("{\"requirements\":\n [1e400]}\n");
+  try {
+    record_requirements({"sim_host a", "abc", "tracker"}, {}, folder);
+    TEST_FAIL_MESSAGE("it was not refused");
+  } catch (const std::runtime_error& error) {
+    TEST_ASSERT_TRUE(std::string(error.what()).find("results.json:2: ") != std::string::npos);
+  }
+}
+
 void test_without_results_nothing_is_written() {
   const auto folder = folder_with("");
   TEST_ASSERT_FALSE(record_requirements({"sim_host a", "abc", "tracker"}, {}, folder));
@@ -97,6 +114,8 @@ int main() {
   RUN_TEST(test_the_worst_seed_decides);
   RUN_TEST(test_what_never_came_and_what_is_no_number_miss_every_requirement);
   RUN_TEST(test_a_study_replaces_its_own_rows_only);
+  RUN_TEST(test_results_in_another_encoding_are_read);
+  RUN_TEST(test_what_is_no_json_is_named_with_its_line);
   RUN_TEST(test_without_results_nothing_is_written);
   RUN_TEST(test_a_file_of_something_else_is_refused_and_stays);
   return UNITY_END();

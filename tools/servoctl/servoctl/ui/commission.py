@@ -21,7 +21,7 @@ from ..device import Device
 from ..drive import Drive
 from ..errors import InputError, MotionError
 from ..frequency_response import branch
-from ..friction_curves import DIRECTIONS, Legs, friction_points, legs, read_columns, steady_friction_nm
+from ..friction_curves import DIRECTIONS, Legs, friction_points, legs, steady_friction_nm
 from ..identification import (
     FIRST_LOOK,
     FIRST_LOOK_RESULT,
@@ -42,6 +42,7 @@ from ..journal import state_folder
 from ..loop_model import Complex
 from ..loop_test import LoopStimulus, loop_stimulus, measure_loop
 from ..moves import plan_data
+from ..number_table import read_columns
 from ..parameter import AXES
 from ..recorded_signals import RecordedSignals
 from ..test_plan import COLUMNS, Envelope, as_json, rows_of, summary_of
