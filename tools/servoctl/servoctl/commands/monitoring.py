@@ -56,6 +56,8 @@ def monitor(session: Session, duration: float | None, passive: bool) -> None:
     The mapping of the PDOs is read by SDO at the start, and when it may have changed. With --passive nothing is sent. A frame
     that does not fit its mapping is not decoded, and is shown as such.
 
+    Angles are those of the device: without a limited travel from -32 to 32 turns (607B), with a jump of 64 turns at the ends.
+
     With --json prints one line every 0.2 s. The bus load counts every frame received, with its stuff bits and the gap after it,
     at the bit rate of the connection; it cannot count repeated frames.
     """
@@ -225,7 +227,8 @@ def log(
     not decoded: the column "not decoded" has its identifier and bytes.
 
     With --json prints one JSON object per row. Column names include units; values without a unit are raw counts of the
-    device.
+    device. Angles are those of the device, too: without a limited travel from -32 to 32 turns (607B), with a jump of 64 turns at
+    the ends.
     """
     if names and passive:
         raise InputError("--passive sends nothing, but values with NAMEs are read by SDO: give one of the two.")

@@ -83,7 +83,10 @@ def _describe(session: Session, node: int, state: str, passive: bool) -> dict[st
 @click.command(short_help="Show versions, parameter sets and state of the node.")
 @common
 def info(session: Session) -> None:
-    """Show versions, schema, parameter sets and state of the node."""
+    """Show versions, schema, parameter sets and state of the node.
+
+    Angles are those of the device: without a limited travel from -32 to 32 turns (607B), with a jump of 64 turns at the ends.
+    """
     with session.connect() as device:
         data = device.identity()
         data["nmt"] = device.nmt_state()
@@ -185,7 +188,10 @@ ACTIONS = ("enable", "disable", "quick-stop", "reset")
 @click.option("--axis", type=click.Choice(AXES), help="The axis, if it is not given as an argument.")
 @common
 def state(session: Session, words: tuple[str, ...], axis: str | None) -> None:
-    """Show the state of the axes, or change the state of one: enable, disable, quick-stop, reset (a fault)."""
+    """Show the state of the axes, or change the state of one: enable, disable, quick-stop, reset (a fault).
+
+    Angles are those of the device: without a limited travel from -32 to 32 turns (607B), with a jump of 64 turns at the ends.
+    """
     action = None
     for word in words:
         if word in AXES and axis in (None, word):
