@@ -27,6 +27,7 @@ void tracking_forget(target_tracking *self) {
   camera_delay_reset(&self->delay);
   self->objects.dither_s = 0;
   self->picture = (frozen_picture){0};
+  self->jumps = (jumping_picture){0};
   picture_check_reset(&self->orientation);
   self->arrived = false;
   self->stale = false;
@@ -103,13 +104,24 @@ static unsigned needed(const od_object *object) {
 
 const od_hooks tracking_hooks = {.changed = changed, .needed = needed};
 
-static pointing_frame take_frame(target_tracking *self) {
-  if (!self->arrived) {
+/* The frame that has arrived in this tick, if it counts. */
+static pointing_frame newest_frame(target_tracking *self) {
+  pointing_frame frame = {0};
+  if (self->arrived) {
+    self->arrived = false;
+    frame = camera_input_take(&self->frames, &self->objects.params, &self->objects.message, self->error,
+                              self->exposure_age);
+  }
+  if (jumping_picture_take(&self->jumps, &frame, SERVO_TICK_S)) {
+    self->frames.taken--;
+    camera_input_refuse(&self->frames, CAMERA_JUMPS);
     return (pointing_frame){0};
   }
-  self->arrived = false;
-  pointing_frame frame =
-      camera_input_take(&self->frames, &self->objects.params, &self->objects.message, self->error, self->exposure_age);
+  return frame;
+}
+
+static pointing_frame take_frame(target_tracking *self) {
+  pointing_frame frame = newest_frame(self);
   if (frame.fresh) {
     self->objects.age_ms = (uint8_t)frame.age_ticks;
     camera_delay_notice(&self->delay, &frame);

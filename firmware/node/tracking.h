@@ -15,6 +15,7 @@
 #include "servo/exposure_clock.h"
 #include "servo/frozen_picture.h"
 #include "servo/joint_tracking.h"
+#include "servo/jumping_picture.h"
 #include "servo/picture_check.h"
 #include "servo/pointing.h"
 #include "servo/servo_board.h"
@@ -39,6 +40,7 @@ typedef struct {
   image_vector error;   /* its error */
   camera_input frames;
   frozen_picture picture;
+  jumping_picture jumps;
   picture_check orientation;
   uint16_t drops;       /* frames in a row that did not count while an axis tracked */
   uint16_t quiet_ticks; /* since the last of them */

@@ -50,7 +50,8 @@ typedef enum {
   CAMERA_CLOCK_SET = 5,     /* its stamp has two readings, because the node's clock has just been set */
   CAMERA_FROZEN = 6,        /* servo/frozen_picture.h */
   CAMERA_PICTURE_WRONG = 7, /* servo/picture_check.h */
-  CAMERA_BEHIND = 8         /* its target would be more than half a turn away: no pinhole camera sees it */
+  CAMERA_BEHIND = 8,        /* its target would be more than half a turn away: no pinhole camera sees it */
+  CAMERA_JUMPS = 9          /* servo/jumping_picture.h */
 } camera_drop;
 
 typedef struct {

@@ -282,6 +282,61 @@ static void test_a_counter_that_stands_is_told(void) {
   TEST_ASSERT_EQUAL_HEX8(1, newest_error() >> 16 & 0xFF);
 }
 
+/* Errors of an image processor that has lost its target: +A and -A in turn, 500 frames in a second, whatever the axes
+ * do. `late_every`: of so many frames one comes 2 ms late, in the same tick as the next one, which counts alone. */
+static void alternate_for(unsigned duration_ms, double amplitude_rad, unsigned late_every) {
+  for (unsigned i = 0; i < duration_ms; ++i) {
+    const unsigned frame = world.ms / 2;
+    const double sign_rad = frame % 2 == 0 ? amplitude_rad : -amplitude_rad;
+    if (world.ms % 2 == 0 && late_every != 0 && frame % late_every == 1) {
+      send_frame(-sign_rad, -sign_rad, 0.0, true);
+    }
+    if (world.ms % 2 == 0 && !(late_every != 0 && frame % late_every == 0)) {
+      send_frame(sign_rad, sign_rad, 0.0, true);
+    }
+    wait_ms(1);
+    world.ms++;
+  }
+}
+
+/* Rows: which axes track, how far the errors jump, and how often two frames share a tick. */
+static void test_errors_that_jump_to_and_fro_do_not_turn_the_axes(void) {
+  static const double amplitudes_rad[] = {1e-3, 5e-3, 20e-3};
+  static const unsigned late[] = {0, 3, 7, 50};
+  for (unsigned row = 0; row < 24; ++row) {
+    const double amplitude_rad = amplitudes_rad[row % 3];
+    setUp();
+    enable(PITCH, TRACKING);
+    if (row >= 12) {
+      enable(0, TRACKING);
+    }
+    alternate_for(1000, amplitude_rad, late[row / 3 % 4]);
+    const double from_rad[] = {joint_rad(0), joint_rad(1)};
+    alternate_for(5000, amplitude_rad, late[row / 3 % 4]);
+    const double turned_rad = fmax(fabs(joint_rad(0) - from_rad[0]), fabs(joint_rad(1) - from_rad[1]));
+    LOG_VALUE("drift, rad/s", turned_rad / 5.0);
+    CHECK_AT_MOST("drift, rad/s", 1e-4, turned_rad / 5.0);
+    CHECK_AT_MOST("in the first second, rad", 0.04, fmax(fabs(from_rad[0]), fabs(from_rad[1])));
+    const uint32_t state = get(CAMERA_STATE, AZIMUTH_STATE + 1) & 0xFF;
+    TEST_ASSERT_TRUE(state == TARGET_LOST || state == SEARCHING); /* the latter when they were together too late */
+    TEST_ASSERT_EQUAL(8, get(CAMERA_STATE, LAST_DROP) & 0xFF);
+    TEST_ASSERT_EQUAL_HEX32(0x00087000, newest_error() & 0xFFFFFF);
+  }
+}
+
+/* The same camera finds the target again: its place is what counts. */
+static void test_frames_count_again_when_they_agree(void) {
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  alternate_for(2000, 5e-3, 0);
+  world.azimuth_rad = joint_rad(0) + 3e-3;
+  world.pitch_rad = joint_rad(1);
+  follow_for(6000);
+  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+  CHECK_NEAR("azimuth, rad", world.azimuth_rad, joint_rad(0), 5e-6);
+  TEST_ASSERT_EQUAL_HEX8(0, get(0x1001, 0));
+}
+
 /* The counter of a frame hands it over; its other objects, and those of the camera, only take a value. */
 static void test_nothing_but_the_counter_hands_a_frame_over(void) {
   const uint32_t before = get(CAMERA_STATE, TAKEN);
@@ -656,6 +711,8 @@ int main(void) {
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_a_frozen_picture_stops_the_axis_that_it_drives);
   RUN_TEST(test_a_counter_that_stands_is_told);
+  RUN_TEST(test_errors_that_jump_to_and_fro_do_not_turn_the_axes);
+  RUN_TEST(test_frames_count_again_when_they_agree);
   RUN_TEST(test_nothing_but_the_counter_hands_a_frame_over);
   RUN_TEST(test_a_reset_of_the_node_forgets_the_frames);
   RUN_TEST(test_the_rate_changes_by_the_profile_acceleration_at_most);

@@ -30,6 +30,8 @@ DROPS = {
     6: "its picture is frozen: the target's place in it does not change while the axes move; restart the image processor",
     7: "its picture is turned or mirrored (3072:9); 'servoctl camera calibrate' measures and corrects it",
     8: "their target is more than half a turn away: does 3071:1 fit the unit of 3070:1 and 3070:2?",
+    9: "their errors jump to and fro from frame to frame: has the image processor lost its target, or does it take turns"
+    " between two?",
 }
 """Why a frame does not count, by 3072:4."""
 UNKNOWN_INTERVAL = 65535

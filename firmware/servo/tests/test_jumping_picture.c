@@ -1,0 +1,101 @@
+/* Which series of errors contradict themselves, at 500 Hz and slower. */
+#include "servo/jumping_picture.h"
+
+#include <string.h>
+
+#include "support/random.h"
+#include "unity.h"
+
+#define TICK_S 1e-3f
+
+static jumping_picture picture;
+
+void setUp(void) { memset(&picture, 0, sizeof picture); }
+void tearDown(void) {}
+
+/* After so many ticks since the frame before it. */
+static bool show(float x_rad, float y_rad, int ticks, int age_ticks) {
+  for (int i = 1; i < ticks; ++i) {
+    TEST_ASSERT_FALSE(jumping_picture_take(&picture, &(pointing_frame){0}, TICK_S));
+  }
+  const pointing_frame frame = {
+      .fresh = true, .valid = true, .age_ticks = age_ticks, .error = {.x = x_rad, .y = y_rad}};
+  return jumping_picture_take(&picture, &frame, TICK_S);
+}
+
+/* Number of frames until the picture jumps, 100 at most. */
+static int frames_until_it_jumps(float amplitude_rad, int ticks) {
+  for (int i = 0; i < 100; ++i) {
+    const float error_rad = i % 2 == 0 ? amplitude_rad : -amplitude_rad;
+    if (show(0.0f, error_rad, ticks, 20)) {
+      return i;
+    }
+  }
+  return 100;
+}
+
+static void test_jumps_to_and_fro_are_found_after_7_frames(void) {
+  TEST_ASSERT_EQUAL(7, frames_until_it_jumps(1e-3f, 2));
+  setUp();
+  TEST_ASSERT_EQUAL(7, frames_until_it_jumps(20e-3f, 2));
+  setUp();
+  TEST_ASSERT_EQUAL(100, frames_until_it_jumps(1e-3f, 20)); /* 2 mrad in 20 ms */
+  setUp();
+  TEST_ASSERT_EQUAL(100, frames_until_it_jumps(0.4e-3f, 2));
+}
+
+static void test_as_many_good_frames_count_again(void) {
+  (void)frames_until_it_jumps(5e-3f, 2);
+  int frames = 0;
+  while (show(0.0f, 0.0f, 2, 20)) {
+    frames++;
+  }
+  TEST_ASSERT_EQUAL(14, frames); /* the first of them was a jump */
+  TEST_ASSERT_FALSE(show(0.0f, 0.0f, 2, 20));
+}
+
+static void test_a_frame_without_a_target_says_nothing(void) {
+  for (int i = 0; i < 100; ++i) {
+    const pointing_frame frame = {.fresh = true, .valid = false, .error = {.x = i % 2 == 0 ? 0.01f : -0.01f}};
+    TEST_ASSERT_FALSE(jumping_picture_take(&picture, &frame, TICK_S));
+  }
+}
+
+/* 2 mrad to and fro, 10 times in a second, in a camera of 500 Hz. */
+static void test_an_imager_that_hops_between_two_targets_is_none(void) {
+  for (int i = 0; i < 1000; ++i) {
+    TEST_ASSERT_FALSE(show(i / 25 % 2 == 0 ? 1e-3f : -1e-3f, 0.0f, 2, 20));
+  }
+}
+
+/* Frames of 100 Hz that come in pairs: by their ages they are 10 ms apart. */
+static void test_the_time_between_two_exposures_counts(void) {
+  for (int i = 0; i < 100; ++i) {
+    const bool late = i % 2 == 0;
+    TEST_ASSERT_FALSE(show(late ? 2e-3f : -2e-3f, 0.0f, late ? 19 : 1, late ? 29 : 20));
+  }
+}
+
+/* Amplitudes are rms: 0.1 mrad at 500 Hz never, 3 mrad soon. */
+static void test_noise_counts_by_its_rate(void) {
+  random_source chance = {.state = 1};
+  for (int i = 0; i < 20000; ++i) {
+    TEST_ASSERT_FALSE(show(1e-4f * (float)random_normal(&chance), 0.0f, 2, 20));
+  }
+  bool jumps = false;
+  for (int i = 0; i < 200; ++i) {
+    jumps = show(3e-3f * (float)random_normal(&chance), 0.0f, 2, 20) || jumps;
+  }
+  TEST_ASSERT_TRUE(jumps);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_jumps_to_and_fro_are_found_after_7_frames);
+  RUN_TEST(test_as_many_good_frames_count_again);
+  RUN_TEST(test_a_frame_without_a_target_says_nothing);
+  RUN_TEST(test_an_imager_that_hops_between_two_targets_is_none);
+  RUN_TEST(test_the_time_between_two_exposures_counts);
+  RUN_TEST(test_noise_counts_by_its_rate);
+  return UNITY_END();
+}
