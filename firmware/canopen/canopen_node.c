@@ -531,15 +531,15 @@ void canopen_node_take(canopen_node *node) {
   }
 }
 
-/* Process data that came before it wait for the tick: what it asks must not take effect before them. */
-static bool overtakes(const canopen_node *node, const can_frame *service) {
-  const can_frame *oldest = can_queue_front(&node->process_data);
-  return oldest != NULL && (int16_t)(service->received_us - oldest->received_us) >= 0;
+/* `waiting`, process data or NULL, came before it: what it asks must not take effect before them. */
+static bool overtakes(const can_frame *service, const can_frame *waiting) {
+  return waiting != NULL && (int16_t)(service->received_us - waiting->received_us) >= 0;
 }
 
 static void take_services(canopen_node *node) {
+  const can_frame *waiting = can_queue_front(&node->process_data);
   const can_frame *frame = can_queue_front(&node->services);
-  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL && !overtakes(node, frame); i++) {
+  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL && !overtakes(frame, waiting); i++) {
     node->received_us = frame->received_us;
     if (is_lss(frame)) {
       receive_lss(node, frame);

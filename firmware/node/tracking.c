@@ -19,6 +19,7 @@ void tracking_start(target_tracking *self, hal *machine) {
   self->machine = machine;
   exposure_clock_reset(&self->clock);
   strobe_log_reset(&self->strobe);
+  picture_check_reset(&self->orientation);
 }
 
 void tracking_forget(target_tracking *self) {
@@ -234,7 +235,7 @@ static void part(target_tracking *self) {
 /* Likewise for a joint by itself. */
 static void hold_back(target_tracking *self) {
   const bool judged = self->orientation.verdict != PICTURE_NOT_JUDGED;
-  const float limit_rad_s = picture_check_rate_limit_rad_s(&self->orientation);
+  const float limit_rad_s = self->orientation.rate_limit_rad_s;
   for (int i = 0; i < SERVO_AXES; ++i) {
     speed_reference *reference = &self->joint[i].reference;
     self->held_back[i] = !judged && !scalar_within(reference->rate_rad_s, limit_rad_s);
@@ -367,7 +368,7 @@ static joint_vector rate_limit_of(const target_tracking *self) {
   if (self->orientation.verdict != PICTURE_NOT_JUDGED) {
     return self->rate_rad_s;
   }
-  const float limit_rad_s = picture_check_rate_limit_rad_s(&self->orientation);
+  const float limit_rad_s = self->orientation.rate_limit_rad_s;
   const float cosine = scalar_max(scalar_abs(rotation_cosine(self->motion.pitch_angle)), POINTING_ZENITH_COSINE);
   return (joint_vector){.azimuth = scalar_min(self->rate_rad_s.azimuth, limit_rad_s / cosine),
                         .pitch = scalar_min(self->rate_rad_s.pitch, limit_rad_s)};
@@ -484,9 +485,13 @@ static void stop_following(target_tracking *self) {
 /* Likewise. */
 static void check_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, bool tracks) {
   if (!tracks) {
-    picture_check_reset(&self->orientation);
+    if (self->tracked) {
+      picture_check_reset(&self->orientation);
+    }
+    self->tracked = false;
     return;
   }
+  self->tracked = true;
   picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows(self, azimuth, pitch));
   const camera_objects *objects = &self->objects;
   if (self->frames.taken != objects->taken && objects->message.quality >= objects->params.min_quality) {

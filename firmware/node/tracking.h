@@ -42,6 +42,7 @@ typedef struct {
   frozen_picture picture;
   jumping_picture jumps;
   picture_check orientation;
+  bool tracked;         /* an axis, since `orientation` was reset */
   uint16_t drops;       /* frames in a row that did not count while an axis tracked */
   uint16_t quiet_ticks; /* since the last of them */
   bool stale;           /* so many of them that the axes follow nothing */

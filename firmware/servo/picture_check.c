@@ -3,12 +3,20 @@
 #include "base/scalar.h"
 #include "servo/servo_timing.h"
 
+/* A slow camera needs more time to show that it is wrong. */
+static float rate_limit_rad_s(int pictures, uint32_t interval_ticks) {
+  const float half = pictures < 3 ? 0.5f : 1.0f;
+  const float prompt = (float)PICTURE_PROMPT_TICKS;
+  const float ticks = scalar_clamp((float)interval_ticks, prompt, (float)PICTURE_SLOWEST_TICKS);
+  return half * PICTURE_UNPROVEN_RAD_S * prompt / ticks;
+}
+
 /* Without overwriting the pictures: this happens in each tick in which no axis tracks. */
 void picture_check_reset(picture_check *self) {
   image_orientation_reset(&self->pictures);
   self->moved = (image_vector){0};
   self->ticks = 0;
-  self->interval_ticks = 0;
+  self->rate_limit_rad_s = rate_limit_rad_s(0, PICTURE_SLOWEST_TICKS);
   self->unjudged_ticks = 0;
   self->verdict = PICTURE_NOT_JUDGED;
   self->complete = false;
@@ -78,13 +86,6 @@ void picture_check_take(picture_check *self, image_vector error_rad, image_vecto
   image_orientation_add(&self->pictures, &sample);
   self->moved = since_rad;
   self->ticks = (uint32_t)age_ticks;
-  self->interval_ticks = interval_ticks;
+  self->rate_limit_rad_s = rate_limit_rad_s(self->pictures.count, interval_ticks);
   self->unjudged_ticks = interval_ticks;
-}
-
-float picture_check_rate_limit_rad_s(const picture_check *self) {
-  const uint32_t last = self->interval_ticks > 0 ? self->interval_ticks : PICTURE_SLOWEST_TICKS;
-  const float ticks = scalar_clamp((float)last, (float)PICTURE_PROMPT_TICKS, (float)PICTURE_SLOWEST_TICKS);
-  const float half = self->pictures.count < 3 ? 0.5f : 1.0f;
-  return half * PICTURE_UNPROVEN_RAD_S * (float)PICTURE_PROMPT_TICKS / ticks;
 }

@@ -3,7 +3,7 @@
  *
  * The orientation found (control/image_orientation.h) decides, while an axis tracks:
  *
- *     not judged    rates are limited (picture_check_rate_limit_rad_s), and a target that leaves the picture is lost
+ *     not judged    rates are limited (rate_limit_rad_s), and a target that leaves the picture is lost
  *                   after PICTURE_UNPROVEN_COAST_S. Until the picture is found to be right, or the target has been
  *                   followed for PICTURE_PROVEN_TICKS without the limit
  *     right         turned by less than 45 degrees. A mirror is still looked for until both directions have moved
@@ -45,7 +45,8 @@ typedef struct {
   image_orientation pictures;
   image_vector moved;      /* by the line of sight since the newest exposure */
   uint32_t ticks;          /* since then */
-  uint32_t interval_ticks; /* between the last two pictures; 0: not known yet */
+  float rate_limit_rad_s;  /* highest rate of the line of sight, as long as the picture is not judged: less before
+                              the third one, because a constant rate would be a straight line, which shows nothing */
   uint32_t unjudged_ticks; /* up to a picture that the next tick judges: the tick of a frame has enough to do */
   picture_verdict verdict;
   bool complete;           /* right in both directions */
@@ -61,11 +62,6 @@ void picture_check_reset(picture_check *self);
 /* Judges the picture taken before it, and adds a tick in which the line of sight has moved by `moved_rad`. `follows`: a
  * target is followed, below the rate limit. Call once per tick while an axis tracks. */
 void picture_check_tick(picture_check *self, image_vector moved_rad, bool follows);
-
-/* Returns the highest rate of the line of sight, as long as the picture is not judged. A slow camera needs more time to
- * show that it is wrong. Half of it before the third picture: a constant rate would be a straight line, which shows
- * nothing. */
-float picture_check_rate_limit_rad_s(const picture_check *self);
 
 /* Takes a picture of a target with its error; since its exposure the line of sight has moved by `since_rad`, in
  * `age_ticks`. Call after picture_check_tick. */

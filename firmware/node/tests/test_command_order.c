@@ -135,7 +135,7 @@ static void test_a_controlword_by_sdo_does_not_overtake_one_by_pdo(void) {
     turn_with_quick_stop_option(2);
     SET(0x605C, 0, 0);
     give_at(rows[i].rpdo_us, RPDO1, 3, (const uint8_t[]){0x07, 0, PV});
-    give_at(rows[i].sdo_us, 0x600 + NODE_ID, 8, (const uint8_t[]){0x2B, 0x40, 0x60, 0, 0x06, 0});
+    give_at(rows[i].sdo_us, 0x600 + NODE_ID, 8, (const uint8_t[]){0x2B, 0x40, 0x60, 0, 0x06, 0, 0, 0});
     servo_node_serve(&node);
     wait_ms(10);
     TEST_ASSERT_EQUAL_HEX32(rows[i].state, state_of(0));
