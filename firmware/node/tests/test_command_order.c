@@ -251,7 +251,7 @@ static void test_a_stop_that_waits_for_sync_survives_a_change_of_the_nmt_state(v
     SET(0x1400, 1, RPDO1);
     give_in_one_tick(rows[i], 4);
     wait_ms(5);
-    give(SYNC, 0, NULL);
+    give(SYNC, 0, (const uint8_t[]){0});
     wait_ms(STOPPED_MS);
     char row[16];
     (void)snprintf(row, sizeof row, "row %u", (unsigned)i);
