@@ -182,7 +182,7 @@ void test_gains_that_shake_are_taken_back_while_a_target_moves() {
     double target_rad = 0.0;
     double peak_rad_s = 0.0;
     for (; ticks <= kApplied || (ticks < 4000 && !tuning.proven_is_active && film.fault() == FAULT_NONE); ++ticks) {
-      const double target_rad_s = 0.1 * std::fmin(1.0, ticks * sim::kTick_s);
+      const double target_rad_s = 0.08 * std::fmin(1.0, ticks * sim::kTick_s);
       target_rad += target_rad_s * sim::kTick_s;
       film.tick(target_rad);
       peak_rad_s = std::max(peak_rad_s, ticks < kApplied ? 0.0 : std::abs(film.rate_rad_s() - target_rad_s));

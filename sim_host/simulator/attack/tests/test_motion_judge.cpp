@@ -160,6 +160,7 @@ struct Tracked {
 };
 
 // Azimuth in mode -1: frames with a target for some ticks, then frames without one; or the firmware keeps the target.
+// The picture counts as right: a target that stays ahead of the axis proves nothing.
 Tracked track(int seen_ticks, bool keeps_target, int ticks) {
   sim::DrivenNode node(setup(), 1, {kStart_rad, 0.0});
   sim::MotionJudge judge(setup());
@@ -175,6 +176,7 @@ Tracked track(int seen_ticks, bool keeps_target, int ticks) {
     if (keeps_target && i >= seen_ticks) {
       keep_target(node);
     }
+    node.node().tracking.orientation.verdict = PICTURE_RIGHT;
     node.set_rate(sim::kPitch, 0.0);
     node.tick();
     judge.look(node, i * sim::kTick_s);
