@@ -24,6 +24,8 @@ from .units import POSITION_COUNTS_PER_RAD, POSITION_RANGE_RAD, TICK_S
 Real = NDArray[np.float64]
 
 ERROR_TICKS = 10
+CAMERA_EMERGENCY = 0x7000
+"""Fault 55: frames of the camera do not count."""
 
 
 def _both(index: int) -> list[int]:
@@ -43,6 +45,11 @@ class ErrorStream(BorrowedStream):
         self._errors_id = borrowed_identifiers(device.node_id)[0]
         self._frames: list[bytes] = []
         super().__init__(device, 0, [self._errors], (self._errors_id,))
+
+    def _take_emergency(self, identifier: int, data: bytearray, timestamp: float) -> None:
+        """Not those of the camera: whoever tracks sees more of them in 3072, and its axes stop by themselves."""
+        if int.from_bytes(data[:2], "little") != CAMERA_EMERGENCY:
+            super()._take_emergency(identifier, data, timestamp)
 
     def _borrow(self) -> None:
         self._errors.take(self._errors_id, _both(0x60F4), event_ms=ERROR_TICKS)

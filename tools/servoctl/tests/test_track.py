@@ -138,7 +138,7 @@ def test_without_frames_nothing_moves(servo: Bench) -> None:
     assert servo("track", "--dry-run").code == 0
     assert servo("track").code == 2  # nobody has confirmed
     for words, reported in (
-        (("--camera-id", "601"), "not an identifier"), (("--cue", "0", "300"), "607D"), (("--seconds", "0"), "greater than 0"),
+        (("--camera-id", "601"), "not an identifier"), (("--cue", "0", "300"), "607D"), (("--seconds", "0"), "0.001 or more"),
     ):  # fmt: skip
         refused = servo("track", *words, "--yes")
         assert refused.code == 2 and reported in refused.err, refused

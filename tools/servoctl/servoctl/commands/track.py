@@ -183,7 +183,8 @@ def _follow(
 
 
 def _note_search(session: Session, record: Record) -> None:
-    if all(state == SEARCHING for _, states in record.states for state in states):
+    searching = all(state == SEARCHING for state in record.states[-1][1])
+    if searching and all(state <= SEARCHING for _, states in record.states for state in states):
         session.out.note(
             f"the camera has not seen the target for {SEARCHED_S:g} s: it is outside the picture, or does not stand out in"
             " it. Stop, and give a --cue that is nearer to the target than half the picture."
