@@ -421,11 +421,9 @@ const fault_text fault_texts[FAULT_COUNT] = {
              "one. With 4 both axes stay off, and nothing is stored.",
          .when = "At start-up.",
          .timer = "",
-         .cause =
-             "1, 2: the board was flashed without its option bytes, or with st-flash, which cannot write-protect "
-             "pages. "
-             "4: the chip was set to one bank or to start from the second one, and flashed without tools/image/board, "
-             "which refuses such a chip.",
+         .cause = "1, 2: the board was flashed without its option bytes, or with st-flash, which cannot write-protect "
+                  "pages. 4: the chip was set to one bank or to start from the second one, and flashed without "
+                  "tools/image/board, which refuses such a chip.",
          .check = "Read 3061:1: it contains 16 if the RAM parity is on, 32 if the program is write-protected, 64 if "
                   "the flash is read-protected, 128 if the flash has the right banks.",
          .cure =
@@ -514,9 +512,10 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .detection = "Eight frames of the camera in a row did not count. The detail is the reason, 3072:4.",
          .when = "While an axis is in operation in mode -1.",
          .timer = "",
-         .cause = "The image processor has frozen and repeats a picture or its counter, restarts again and again, or a "
-                  "second one sends with the same identifier. Detail 7: the camera is mounted upside down, or its "
-                  "picture is turned or mirrored (3072:9).",
+         .cause = "The image processor has frozen and repeats a picture or its counter, or restarts again and "
+                  "again. Detail 7: the camera is mounted upside down, or its picture is turned or mirrored (3072:9). "
+                  "Detail 8: 3071:1 does not fit the unit of the errors. Detail 9: it has lost its target, or takes "
+                  "turns between two.",
          .check =
              "Read 3072:4. Does 3070:5 advance by one with each frame, and do 3070:1 and 3070:2 change when the axes "
              "move? Detail 7: read 3072:9 and 3072:10.",
