@@ -219,6 +219,11 @@ servoctl_tests() {
   client_tests servoctl -n 3 --dist loadgroup "$@"
 }
 
+# every_servoctl_test: those that measure a time to milliseconds last, without one beside them.
+every_servoctl_test() {
+  servoctl_tests -m "not alone" && client_tests servoctl -m alone
+}
+
 # build_clients_devices TARGET...: what the tests of the clients start, beside these targets.
 build_clients_devices() {
   cmake --preset host &&
@@ -235,12 +240,12 @@ step_servoctl() {
   build_clients_devices &&
     (cd tools/servoctl && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy") &&
     (cd tools/imager && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy-imager") &&
-    servoctl_tests && client_tests imager -n 2
+    every_servoctl_test && client_tests imager -n 2
 }
 
 step_servoctl-image() {
   cmake --workflow --preset stm32g474 && build_clients_devices emulate_board &&
-    SERVOCTL_TEST_DEVICE=image servoctl_tests && SERVOCTL_TEST_DEVICE=image client_tests imager -m smoke_image
+    SERVOCTL_TEST_DEVICE=image every_servoctl_test && SERVOCTL_TEST_DEVICE=image client_tests imager -m smoke_image
 }
 
 step_check() {

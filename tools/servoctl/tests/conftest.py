@@ -48,6 +48,7 @@ PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_tes
 def pytest_configure(config: pytest.Config) -> None:
     """The marks of these tests."""
     config.addinivalue_line("markers", "real_time: the servo runs in real time, because the computer sends it set-points or frames")
+    config.addinivalue_line("markers", "alone: measures a time to milliseconds, with no test beside it")
     config.addinivalue_line("markers", "image: at the image too: a row of each function of the client that talks to the node")
     config.addinivalue_line("markers", "smoke: one of the few tests that see the most, for './tools/test clients'; the gate has none")
     config.addinivalue_line("markers", "smoke_image: of these, one for each client, which './tools/test clients' runs with the image")

@@ -55,6 +55,7 @@ def test_a_wrong_picture_stops_tracking_and_is_named(servo: Bench, turned: Still
 
 
 @real_time
+@pytest.mark.alone
 @pytest.mark.parametrize(
     "turned", [TURNED[1], *(pytest.param(way, marks=pytest.mark.image) for way in (TURNED[0], TURNED[3]))], indirect=True
 )
