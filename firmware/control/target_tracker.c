@@ -143,6 +143,12 @@ void target_tracker_assume(target_tracker_state *state, float error_rad, float r
   state->locked = true;
 }
 
+float target_tracker_seen_rad(const target_tracker_state *state, int age_ticks, float rate_rad_s, float dt_s) {
+  const float since_s = (float)(age_ticks + state->ticks_since_frame) * dt_s;
+  const float mean_rad_s = state->target_rate_rad_s - 0.5f * state->target_acceleration_rad_s2 * since_s;
+  return state->error_rad + state->untaken_rad - (mean_rad_s - rate_rad_s) * since_s;
+}
+
 static void advance(target_tracker_state *state, bool predicts, float los_rate_rad_s, float dt_s) {
   remember_los(state, los_rate_rad_s);
   state->ticks_since_frame = ticks_after(state->ticks_since_frame);

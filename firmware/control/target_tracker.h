@@ -83,6 +83,10 @@ void target_tracker_step_components(target_tracker_state components[2], const ta
  * known. */
 void target_tracker_follow_straight_path(target_tracker_state components[2], float dt_s);
 
+/* The error (rad) now by the last frame alone, whose exposure was `age_ticks` old: of a target that has moved at
+ * `rate_rad_s` since. */
+float target_tracker_seen_rad(const target_tracker_state *state, int age_ticks, float rate_rad_s, float dt_s);
+
 /* Takes a target that another source than a frame has given. Call between two ticks. */
 void target_tracker_assume(target_tracker_state *state, float error_rad, float rate_rad_s, float acceleration_rad_s2);
 

@@ -184,16 +184,29 @@ typedef struct {
   float acceleration_rad_s2;
 } known_target;
 
-/* What is known of a joint's target. Frames of a fast slew whose ages are not exact leave an estimate that the last
- * frame contradicts: then that frame counts alone, as the first one of a target does. */
-static known_target known_of(const target_tracker_state *joint, const drive_axis *drive) {
-  known_target known = {joint->error_rad, joint->target_rate_rad_s, joint->target_acceleration_rad_s2};
-  if (scalar_abs(joint->untaken_rad) > TRUSTED_RAD) {
-    known.error_rad += joint->untaken_rad;
-    known.rate_rad_s = drive->motion.ramp.rate_rad_s;
-    known.acceleration_rad_s2 = 0.0f;
+/* What is known of a joint's target. A slew by frames whose ages are not exact leaves a false rate, or an estimate that
+ * the last frame contradicts: then that frame counts alone, as the first one of a target does. */
+static known_target known_of(const target_tracking *self, int axis, const drive_axis *drive) {
+  const target_tracker_state *joint = &self->joints.axis[axis];
+  const bool steady = self->joints.steady[axis].ticks >= JOINT_STEADY_TICKS;
+  if (steady && scalar_within(joint->untaken_rad, TRUSTED_RAD)) {
+    return (known_target){joint->error_rad, joint->target_rate_rad_s, joint->target_acceleration_rad_s2};
   }
-  return known;
+  const float rate_rad_s = drive->motion.ramp.rate_rad_s;
+  const int age_ticks = camera_delay_age(&self->delay, &self->objects.delay, self->objects.age_ms);
+  const float seen_rad = target_tracker_seen_rad(joint, age_ticks, rate_rad_s, SERVO_TICK_S);
+  return (known_target){.error_rad = seen_rad, .rate_rad_s = rate_rad_s};
+}
+
+/* An axis begins to track. */
+static void begin(target_tracking *self, int axis, const drive_axis *drive) {
+  target_tracker_state *joint = &self->joints.axis[axis];
+  const bool tracks = drive->tracking != DRIVE_NOT_TRACKING;
+  if (tracks && !self->joints.tracks[axis] && joint->locked && self->predicts[axis]) {
+    const known_target known = known_of(self, axis, drive);
+    target_tracker_assume(joint, known.error_rad, known.rate_rad_s, known.acceleration_rad_s2);
+  }
+  self->joints.tracks[axis] = tracks;
 }
 
 /* What each joint has known of the target, until frames say more. */
@@ -202,8 +215,8 @@ static void join(target_tracking *self, const drive_axis *azimuth_drive, const d
   if (!self->joints.axis[SERVO_AZIMUTH].locked || !self->joints.axis[SERVO_PITCH].locked) {
     return;
   }
-  const known_target azimuth = known_of(&self->joints.axis[SERVO_AZIMUTH], azimuth_drive);
-  const known_target pitch = known_of(&self->joints.axis[SERVO_PITCH], pitch_drive);
+  const known_target azimuth = known_of(self, SERVO_AZIMUTH, azimuth_drive);
+  const known_target pitch = known_of(self, SERVO_PITCH, pitch_drive);
   const float cosine = rotation_cosine((angle_turn32)pitch_drive->position);
   const pointing_target target = {
       .error = {.x = cosine * azimuth.error_rad, .y = pitch.error_rad},
@@ -280,6 +293,9 @@ void tracking_prepare(target_tracking *self, const servo_params *servo, float az
   self->prepared_changes = changes;
   const pointing_params params = params_of(servo, azimuth_swing_kg_m2);
   self->prepared = pointing_configure(&self->line_of_sight, &params) == CONTROL_OK;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    self->predicts[i] = servo->axis[i].tracker.kind == TRACKER_PREDICTIVE;
+  }
   self->coast_s = params.tracker.coast_s;
   self->rate_rad_s = params.tracker.rate_limit_rad_s;
 }
@@ -546,6 +562,10 @@ void tracking_report(target_tracking *self, const drive_axis *azimuth, const dri
   camera_objects *objects = &self->objects;
   const bool tracks = azimuth->tracking != DRIVE_NOT_TRACKING || pitch->tracking != DRIVE_NOT_TRACKING;
   count_drops(self, tracks);
+  if (tracks || self->tracked) {
+    begin(self, SERVO_AZIMUTH, azimuth);
+    begin(self, SERVO_PITCH, pitch);
+  }
   check_picture(self, azimuth, pitch, tracks);
   look_for_a_frozen_picture(self, azimuth, pitch, tick);
   objects->taken = self->frames.taken;

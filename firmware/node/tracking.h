@@ -58,6 +58,7 @@ typedef struct {
   float coast_s;             /* 2011:5 of the azimuth */
   joint_vector rate_rad_s;   /* 2011:6 of both */
   float dither_rad_s;        /* of the next tick, on the elevation */
+  bool predicts[SERVO_AXES]; /* 2011:1 */
   bool prepared;             /* `line_of_sight` has valid gains, and knows no target until they track */
   uint32_t prepared_changes; /* those gains */
   tracking_phase phase;

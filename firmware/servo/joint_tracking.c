@@ -1,14 +1,26 @@
 #include "servo/joint_tracking.h"
 
+#include "base/scalar.h"
+
 void joint_tracking_reset(joint_tracking *self) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     target_tracker_reset(&self->axis[i]);
+    self->steady[i] = (joint_steadiness){0};
+    self->tracks[i] = false;
   }
 }
 
 void joint_tracking_lose(joint_tracking *self) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     self->axis[i].locked = false;
+  }
+}
+
+static void watch(joint_steadiness *steady, float rate_rad_s) {
+  if (!scalar_within(rate_rad_s - steady->rate_rad_s, JOINT_STEADY_RAD_S)) {
+    *steady = (joint_steadiness){.rate_rad_s = rate_rad_s};
+  } else if (steady->ticks < JOINT_STEADY_TICKS) {
+    steady->ticks++;
   }
 }
 
@@ -20,8 +32,13 @@ void joint_tracking_step(joint_tracking *self, const servo_app *app, const joint
                                .valid = frame->valid,
                                .age_ticks = frame->age_ticks,
                                .error_rad = i == SERVO_PITCH ? frame->error_rad.pitch : frame->error_rad.azimuth};
-    const speed_reference reference = target_tracker_step(tracker, &app->params.axis[i].tracker, &seen,
-                                                          app->axis[i].signals.rates.rate_rad_s, SERVO_TICK_S);
+    const float rate_rad_s = app->axis[i].signals.rates.rate_rad_s;
+    if (!self->tracks[i]) {
+      watch(&self->steady[i], rate_rad_s);
+      tracker->integral_rad_s = rate_rad_s; /* an error that nothing takes back would wind it up */
+    }
+    const speed_reference reference =
+        target_tracker_step(tracker, &app->params.axis[i].tracker, &seen, rate_rad_s, SERVO_TICK_S);
     targets[i] = (servo_target){.known = tracker->locked,
                                 .error_rad = tracker->error_rad + tracker->untaken_rad,
                                 .reference = reference,

@@ -10,8 +10,20 @@
 #include "servo/servo_app.h"
 #include "servo/servo_target.h"
 
+#define JOINT_STEADY_RAD_S 0.02f
+enum { JOINT_STEADY_TICKS = 600 }; /* three time constants of the estimator delivered with 2011:3 */
+
+/* Since when the joint has turned at one rate. While the rate changes, an age of the frames that is not exact looks
+ * like a motion of the target. */
+typedef struct {
+  float rate_rad_s; /* at which it began; then within JOINT_STEADY_RAD_S of it */
+  uint16_t ticks;   /* up to JOINT_STEADY_TICKS */
+} joint_steadiness;
+
 typedef struct {
   target_tracker_state axis[SERVO_AXES];
+  joint_steadiness steady[SERVO_AXES];
+  bool tracks[SERVO_AXES]; /* the axis is in mode -1; set it before the tick */
 } joint_tracking;
 
 /* A result of the camera. */

@@ -195,6 +195,57 @@ static void test_axes_that_move_with_the_target_do_not_pause_when_tracking_begin
   CHECK_NEAR("rad", world.azimuth_rad, joint_rad(0), 1e-4);
 }
 
+/* The ages of the frames are 10 ms wrong: while the axis slews they show the target 3.5 mrad too far. Then it stands
+ * 1.2 mrad beside the target, which winds no integral up. */
+static void test_a_fast_slew_before_leads_no_axis_astray(void) {
+  static const struct {
+    const char *name;
+    unsigned axis;
+    unsigned kind; /* 2011:1 */
+    bool both;
+    unsigned stands_ms;
+  } cases[] = {{"both", 0, 1, true, 100},
+               {"azimuth", 0, 1, false, 100},
+               {"pitch", PITCH, 1, false, 100},
+               {"pitch, PI", PITCH, 0, false, 100},
+               {"azimuth, PI", 0, 0, false, 20000}};
+  for (unsigned i = 0; i < sizeof cases / sizeof *cases; ++i) {
+    const unsigned axis = cases[i].axis;
+    double *target_rad = axis == PITCH ? &world.pitch_rad : &world.azimuth_rad;
+    const int joint = axis == PITCH ? 1 : 0;
+    setUp();
+    SET(0x2011 + axis, 1, cases[i].kind);
+    SET(0x2070 + axis, 1, 1);
+    wait_ms(50);
+    TEST_ASSERT_EQUAL(cases[i].kind, node.board.app.params.axis[joint].tracker.kind);
+    world.misstated_ms = 10;
+    *target_rad = joint_rad(joint) + 0.2;
+    if (cases[i].both) {
+      enable(PITCH, PV);
+    }
+    enable(axis, PV);
+    SET(0x60FF + axis, 0, 350000); /* brakes within 61 mrad, and sees the target for the last 32 */
+    for (int ms = 0; ms < 2000 && joint_rad(joint) < *target_rad - 0.07; ++ms) {
+      follow_for(1);
+    }
+    SET(0x60FF + axis, 0, 0);
+    follow_for(420 + cases[i].stands_ms);
+    const double from_rad = *target_rad - joint_rad(joint);
+    SET(0x6060 + axis, 0, (uint8_t)TRACKING);
+    if (cases[i].both) {
+      SET(0x6060 + PITCH, 0, (uint8_t)TRACKING);
+    }
+    double worst_rad = 0.0;
+    for (int ms = 0; ms < 2000; ++ms) {
+      follow_for(1);
+      worst_rad = fmax(worst_rad, fabs(*target_rad - joint_rad(joint)));
+    }
+    LOG_VALUE(cases[i].name, from_rad);
+    CHECK_AT_MOST("further from it than at first, rad", 2e-4, worst_rad - fabs(from_rad));
+    CHECK_NEAR("in the end, rad", 0.0, *target_rad - joint_rad(joint), 1e-4);
+  }
+}
+
 /* 60F4 is the error as the last frame saw it. The estimate, which leads the axis, is smoother: a target that swings by
  * 1 mrad at 1 Hz is up to 0.9 mrad off, and never on target. */
 static void test_a_target_that_swings_is_not_on_target(void) {
@@ -706,6 +757,7 @@ int main(void) {
   RUN_TEST(test_a_target_outside_the_window_is_not_on_target);
   RUN_TEST(test_a_lost_heartbeat_stops_an_axis_that_the_camera_leads);
   RUN_TEST(test_axes_that_move_with_the_target_do_not_pause_when_tracking_begins);
+  RUN_TEST(test_a_fast_slew_before_leads_no_axis_astray);
   RUN_TEST(test_a_target_that_swings_is_not_on_target);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
