@@ -540,7 +540,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
         {.name = "encoder and gyro disagree (drift)",
          .detection = "The angles of encoder and gyro have drifted apart by more than 2060:27 plus 0.5 % of the path, "
                       "with a memory of 5 s. Which of the two is wrong cannot be decided.",
-         .when = "Always, unless 2060:27 is 0: then the base moves, and the envelope alone bounds a drift.",
+         .when = "Always, unless 2060:27 is 0: then the base moves. The envelope then bounds what a drift of the gyro "
+                 "does, and nothing bounds a creep of the encoder.",
          .timer = "",
          .limits = LIMIT(27),
          .cause = "The gyro has a bias, the encoder or its coupling creeps, or the base turns.",
