@@ -194,8 +194,8 @@ static known_target known_of(const target_tracking *self, int axis, const drive_
   }
   const float rate_rad_s = drive->motion.ramp.rate_rad_s;
   const int age_ticks = camera_delay_age(&self->delay, &self->objects.delay, self->objects.age_ms);
-  const float seen_rad = target_tracker_seen_rad(joint, age_ticks, rate_rad_s, SERVO_TICK_S);
-  return (known_target){.error_rad = seen_rad, .rate_rad_s = rate_rad_s};
+  const float error_rad = target_tracker_seen_rad(joint, age_ticks, rate_rad_s, SERVO_TICK_S);
+  return (known_target){.error_rad = error_rad, .rate_rad_s = rate_rad_s};
 }
 
 /* An axis begins to track. */

@@ -1,5 +1,6 @@
 #include "run/scenario_run.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -103,6 +104,7 @@ class Tracking {
     if (together() && pointing_configure(&pointing_, &params) != CONTROL_OK) {
       throw std::invalid_argument("the firmware refuses the parameters of the pointing.");
     }
+    std::copy_n(scenario_.axes.begin(), kAxes, joints_.tracks);
     machine.on_tick([this](servo_board& board) { tick(board); });
   }
 
