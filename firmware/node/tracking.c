@@ -178,50 +178,40 @@ static void show_target(target_tracking *self) {
   self->joint[SERVO_PITCH].reference.rate_rad_s += self->dither_rad_s;
 }
 
-typedef struct {
-  float error_rad;
-  float rate_rad_s;
-  float acceleration_rad_s2;
-} known_target;
-
-/* What is known of a joint's target. A slew by frames whose ages are not exact leaves a false rate, or an estimate that
- * the last frame contradicts: then that frame counts alone, as the first one of a target does. */
-static known_target known_of(const target_tracking *self, int axis, const drive_axis *drive) {
-  const target_tracker_state *joint = &self->joints.axis[axis];
-  const bool steady = self->joints.steady[axis].ticks >= JOINT_STEADY_TICKS;
-  if (steady && scalar_within(joint->untaken_rad, TRUSTED_RAD)) {
-    return (known_target){joint->error_rad, joint->target_rate_rad_s, joint->target_acceleration_rad_s2};
-  }
-  const float rate_rad_s = drive->motion.ramp.rate_rad_s;
-  const int age_ticks = camera_delay_age(&self->delay, &self->objects.delay, self->objects.age_ms);
-  const float error_rad = target_tracker_seen_rad(joint, age_ticks, rate_rad_s, SERVO_TICK_S);
-  return (known_target){.error_rad = error_rad, .rate_rad_s = rate_rad_s};
-}
-
-/* An axis begins to track. */
+/* An axis begins to track what its joint knows of the target. A slew by frames whose ages are not exact leaves a false
+ * rate, or an estimate that the last frame contradicts: then that frame counts alone, as the first one of a target
+ * does. */
 static void begin(target_tracking *self, int axis, const drive_axis *drive) {
   target_tracker_state *joint = &self->joints.axis[axis];
   const bool tracks = drive->tracking != DRIVE_NOT_TRACKING;
-  if (tracks && !self->joints.tracks[axis] && joint->locked && self->predicts[axis]) {
-    const known_target known = known_of(self, axis, drive);
-    target_tracker_assume(joint, known.error_rad, known.rate_rad_s, known.acceleration_rad_s2);
-  }
+  const bool begins = tracks && !self->joints.tracks[axis];
   self->joints.tracks[axis] = tracks;
+  if (!begins || !joint->locked || !self->predicts[axis]) {
+    return;
+  }
+  const bool steady = self->joints.steady[axis].ticks >= JOINT_STEADY_TICKS;
+  if (!steady || !scalar_within(joint->untaken_rad, TRUSTED_RAD)) {
+    const float rate_rad_s = drive->motion.ramp.rate_rad_s;
+    const int age_ticks = camera_delay_age(&self->delay, &self->objects.delay, self->objects.age_ms);
+    const float error_rad = target_tracker_seen_rad(joint, age_ticks, rate_rad_s, SERVO_TICK_S);
+    target_tracker_assume(joint, error_rad, rate_rad_s, 0.0f);
+  }
 }
 
 /* What each joint has known of the target, until frames say more. */
-static void join(target_tracking *self, const drive_axis *azimuth_drive, const drive_axis *pitch_drive) {
+static void join(target_tracking *self, const drive_axis *pitch_drive) {
   self->phase = TRACKING_JOINED;
-  if (!self->joints.axis[SERVO_AZIMUTH].locked || !self->joints.axis[SERVO_PITCH].locked) {
+  const target_tracker_state *azimuth = &self->joints.axis[SERVO_AZIMUTH];
+  const target_tracker_state *pitch = &self->joints.axis[SERVO_PITCH];
+  if (!azimuth->locked || !pitch->locked) {
     return;
   }
-  const known_target azimuth = known_of(self, SERVO_AZIMUTH, azimuth_drive);
-  const known_target pitch = known_of(self, SERVO_PITCH, pitch_drive);
   const float cosine = rotation_cosine((angle_turn32)pitch_drive->position);
   const pointing_target target = {
-      .error = {.x = cosine * azimuth.error_rad, .y = pitch.error_rad},
-      .rate_rad_s = {.x = cosine * azimuth.rate_rad_s, .y = pitch.rate_rad_s},
-      .acceleration_rad_s2 = {.x = cosine * azimuth.acceleration_rad_s2, .y = pitch.acceleration_rad_s2}};
+      .error = {.x = cosine * azimuth->error_rad, .y = pitch->error_rad},
+      .rate_rad_s = {.x = cosine * azimuth->target_rate_rad_s, .y = pitch->target_rate_rad_s},
+      .acceleration_rad_s2 = {.x = cosine * azimuth->target_acceleration_rad_s2,
+                              .y = pitch->target_acceleration_rad_s2}};
   pointing_tracker_assume(&self->line_of_sight.tracker, &target);
   for (int i = 0; i < 2; ++i) {
     self->line_of_sight.tracker.along[i].ticks_since_frame = self->joints.axis[SERVO_AZIMUTH].ticks_since_frame;
@@ -402,7 +392,7 @@ static void look_ahead(target_tracking *self, const drive_axis *azimuth, const d
     objects->back_in_ms = 0;
     objects->wrap_state = CAMERA_WITHIN_TRAVEL;
     if (self->phase == TRACKING_JOINS) {
-      join(self, azimuth, pitch);
+      join(self, pitch);
     }
     return;
   }
