@@ -265,11 +265,11 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
                           float dt_s) {
   drive_bounds_update(&motion->bounds, objects, machine);
   motion->next.ready = false;
-  if (motion->mode == DRIVE_PROFILE_POSITION) {
+  const bool has_target = motion->mode == DRIVE_PROFILE_POSITION || motion->mode == DRIVE_TRACKING;
+  if (has_target) {
     setpoint_queue_limit(&motion->setpoints, &motion->bounds.travel);
   }
-  if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way &&
-      !motion->bounds.position_unknown) {
+  if (has_target && motion->loop == SERVO_POSITION && motion->setpoints.under_way && !motion->bounds.position_unknown) {
     motion->next = prepare_position(motion, objects, dt_s);
   } else if ((motion->mode == DRIVE_PROFILE_VELOCITY || motion->mode == DRIVE_HOMING) &&
              servo_mode_closes(motion->loop)) {
@@ -540,13 +540,28 @@ static speed_reference tracked_reference(const drive_motion *motion, const speed
                                           motion->tracked_rad_s2 - step_rad_s2, motion->tracked_rad_s2 + step_rad_s2)};
 }
 
-/* Without a target the axis stops and stays where it looks; at the end of the travel it waits for the target. */
+/* To where mode -1 began. */
+static drive_setpoint return_to_start(drive_motion *motion, const drive_objects *objects,
+                                      const drive_feedback *feedback, float dt_s) {
+  drive_setpoint setpoint = profile_position(motion, objects, feedback, dt_s);
+  setpoint.followed = false;
+  motion->tracked_rad_s2 = motion->ramp.acceleration_rad_s2;
+  return setpoint;
+}
+
+/* Without a target the axis stops and stays where it looks, or returns; at the end of the travel it waits for the
+ * target. */
 static drive_setpoint track(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                             float dt_s) {
   const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
   const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
   const servo_target *target = feedback->target;
   const bool known = target != NULL && target->known && isfinite(target->reference.rate_rad_s);
+  if (known) {
+    motion->setpoints.under_way = target->at_loss == TARGET_LOSS_RETURN;
+  } else if (motion->setpoints.under_way && !motion->bounds.position_unknown) {
+    return return_to_start(motion, objects, feedback, dt_s);
+  }
   if (!known || is_held_at_end(motion, feedback)) {
     drive_setpoint stopping = stop(motion, feedback, &braking, dt_s);
     stopping.limited = stopping.limited || known;

@@ -165,7 +165,7 @@ static bool predicts(const servo_params *servo) {
 }
 
 /* The drives follow the target of the line of sight, the pitch with the dither on it. */
-static void show_target(target_tracking *self) {
+static void show_target(target_tracking *self, const servo_params *servo) {
   const joint_vector errors = self->target.seen_rad;
   for (int i = 0; i < SERVO_AXES; ++i) {
     self->joint[i] = (servo_target){.known = self->target.locked,
@@ -173,7 +173,8 @@ static void show_target(target_tracking *self) {
                                     .reference = self->target.reference[i],
                                     .torque_nm = self->target.torque_nm[i],
                                     .proportional_per_s = self->line_of_sight.params.tracker.proportional_per_s,
-                                    .frame_age_ticks = self->line_of_sight.tracker.along[0].ticks_since_frame};
+                                    .frame_age_ticks = self->line_of_sight.tracker.along[0].ticks_since_frame,
+                                    .at_loss = servo->axis[i].at_loss};
   }
   self->joint[SERVO_PITCH].reference.rate_rad_s += self->dither_rad_s;
 }
@@ -265,7 +266,7 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
     if (!self->target.locked) {
       self->target = self->turn.expected;
     }
-    show_target(self);
+    show_target(self, &board->app.params);
     joint_tracking_remember(&self->joints, &board->app);
   } else if (self->phase == TRACKING_PARTS) { /* the axis that stays goes on as it did */
     joint_tracking_remember(&self->joints, &board->app);

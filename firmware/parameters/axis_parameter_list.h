@@ -74,7 +74,7 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
        "Position loop deceleration", "Deceleration when approaching a distant target", position.deceleration_rad_s2)   \
   END(position_loop)                                                                                                   \
                                                                                                                        \
-  GROUP(0x2011, 5, tracking_loop, "Tracking loop", "Computes the rate set-point from the camera error")                \
+  GROUP(0x2011, 6, tracking_loop, "Tracking loop", "Computes the rate set-point from the camera error")                \
   WHOLE(0x2011, 1, DECIDES, tracking_loop, kind, 0, 1, 1,                                                              \
        "Tracking loop kind", "0: PI on the camera error; 1: predictive", tracker.kind, tracker_kind)                   \
   REAL(0x2011, 2, DECIDES, tracking_loop, proportional_per_s, 0.0f, 1e2f, 20.0f, "1/s",                                \
@@ -87,6 +87,9 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
        tracker.estimator_rad_s)                                                                                        \
   REAL(0x2011, 5, 0, tracking_loop, coast_s, 0.0f, 10.0f, 0.5f, "s",                                                   \
        "Coasting time", "How long the loop continues without camera frames", tracker.coast_s)                          \
+  WHOLE(0x2011, 6, 0, tracking_loop, at_loss, 0, 1, 0,                                                                 \
+        "After loss of the target", "After the coasting time: 0: stands; 1: returns to where mode -1 began, as in pp", \
+        at_loss, target_loss)                                                                                          \
   END(tracking_loop)                                                                                                   \
                                                                                                                        \
   GROUP(0x2020, 5, observer, "Disturbance observer", "Velocity disturbance observer with first-order Q filter")        \

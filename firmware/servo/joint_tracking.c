@@ -44,7 +44,8 @@ void joint_tracking_step(joint_tracking *self, const servo_app *app, const joint
                                 .reference = reference,
                                 .torque_nm = 0.0f,
                                 .proportional_per_s = app->params.axis[i].tracker.proportional_per_s,
-                                .frame_age_ticks = tracker->ticks_since_frame};
+                                .frame_age_ticks = tracker->ticks_since_frame,
+                                .at_loss = app->params.axis[i].at_loss};
   }
 }
 

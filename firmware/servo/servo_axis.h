@@ -18,6 +18,7 @@
 #include "control/speed_loop.h"
 #include "control/target_tracker.h"
 #include "hal.h"
+#include "servo/servo_target.h"
 
 #define SERVO_PLAUSIBLE_RATE_RAD_S 1e3f
 #define SERVO_PLAUSIBLE_ACCELERATION_RAD_S2 1e6f
@@ -44,6 +45,7 @@ typedef struct {
   speed_loop_params speed;
   position_loop_params position;
   target_tracker_params tracker; /* for joint_tracking.h and pointing.h */
+  target_loss at_loss;
   current_loop_params current;
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
   float resistance_ohm;       /* of the winding, from the design of the current loop; for protection */

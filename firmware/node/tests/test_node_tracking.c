@@ -443,6 +443,48 @@ static void test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_aga
   TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
 }
 
+/* 2011:6 = 1, for both axes together and for one alone. Mode -1 begins beside 0, the target is lost 100 mrad on: the
+ * axis goes back no faster than 6081, and follows again when the target appears there. */
+static void test_a_lost_target_is_left_for_where_the_mode_began(void) {
+  for (int alone = 0; alone < 2; ++alone) {
+    setUp();
+    for (uint16_t axis = 0; axis <= PITCH; axis += PITCH) {
+      SET(0x2011 + axis, 6, 1);
+      SET(0x2070 + axis, 1, 1);
+      SET(0x6081 + axis, 0, 50000); /* 50 mrad/s */
+    }
+    enable(0, PV);
+    SET(0x60FF, 0, 100000);
+    wait_ms(400);
+    SET(0x60FF, 0, 0);
+    wait_ms(500);
+    const double from_rad = joint_rad(0);
+    world.azimuth_rad = from_rad + 1e-3;
+    world.rate_rad_s = 0.02;
+    SET(0x6060, 0, (uint8_t)TRACKING);
+    if (!alone) {
+      enable(PITCH, TRACKING);
+    }
+    follow_for(5000);
+    CHECK_AT_LEAST("followed, rad", 0.09, joint_rad(0) - from_rad);
+    world.shown = false;
+    double fastest_rad_s = 0.0;
+    for (int i = 0; i < 6000; ++i) {
+      follow_for(1);
+      fastest_rad_s = fmax(fastest_rad_s, -(double)machine.axis[0].rate_rad_s);
+    }
+    CHECK_AT_LEAST("beside 0, rad", 0.02, from_rad);
+    CHECK_NEAR("back, rad", from_rad, joint_rad(0), 20e-6);
+    CHECK_NEAR("rad/s", 0.05, fastest_rad_s, 5e-3);
+    TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+    TEST_ASSERT_EQUAL_HEX32(0, get(0x6041, 0) & 0x1400);
+    world.azimuth_rad = from_rad + 2e-3;
+    world.shown = true;
+    follow_for(3000);
+    CHECK_NEAR("again, rad", world.azimuth_rad, joint_rad(0), 5e-6);
+  }
+}
+
 /* A target that jumps asks for 0.6 rad/s at once: the rate changes by 6083 at most. */
 static void test_the_rate_changes_by_the_profile_acceleration_at_most(void) {
   SET(0x6083, 0, 500000);
@@ -761,6 +803,7 @@ int main(void) {
   RUN_TEST(test_a_target_that_swings_is_not_on_target);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
+  RUN_TEST(test_a_lost_target_is_left_for_where_the_mode_began);
   RUN_TEST(test_a_frozen_picture_stops_the_axis_that_it_drives);
   RUN_TEST(test_a_counter_that_stands_is_told);
   RUN_TEST(test_errors_that_jump_to_and_fro_do_not_turn_the_axes);

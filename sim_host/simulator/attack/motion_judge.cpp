@@ -78,18 +78,30 @@ bool MotionJudge::target_may_turn(const DrivenNode& node, int axis) {
          frames_.since_absent_s <= coast_s + kLongestAbsence_s;
 }
 
+// The target is lost, and the axis turns towards where it began to track.
+bool MotionJudge::returns(const DrivenNode& node, int axis, double angle_rad) const {
+  const auto i = static_cast<std::size_t>(axis);
+  const camera_objects& camera = node.node().tracking.objects;
+  const int state = axis == kAzimuth ? camera.azimuth_tracking : camera.pitch_tracking;
+  const bool may = frames_.found && node.axis(axis).tuning.active.tracking_loop.at_loss == TARGET_LOSS_RETURN;
+  const double rate_rad_s = static_cast<double>(node.machine().firmware(axis).signals.reference.rate_rad_s);
+  return may && state == DRIVE_TARGET_LOST && rate_rad_s * (tracking_[i].start_rad - angle_rad) > 0;
+}
+
 // The set-point demands no motion, or no loop follows one.
 bool MotionJudge::demands_standstill(const DrivenNode& node, int axis) {
   Tracking& tracking = tracking_[static_cast<std::size_t>(axis)];
   const drive_axis& drive = node.axis(axis).drive;
   const double wanted_rad_s = set_point_rad_s(node, axis);
+  const double angle_rad = node.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
   if (drive.state.action != DRIVE_RUN || drive.motion.mode != DRIVE_TRACKING) {
     tracking = {};
+    tracking.start_rad = angle_rad;
     const servo_mode mode = node.machine().firmware(axis).mode;
     const bool follows_rate = mode == SERVO_SPEED || mode == SERVO_POSITION;
     return drive.state.action != DRIVE_RUN || (follows_rate && wanted_rad_s < kAtRest_rad_s);
   }
-  if (target_may_turn(node, axis)) {
+  if (target_may_turn(node, axis) || returns(node, axis, angle_rad)) {
     tracking.ticks = 0;
     return false;
   }

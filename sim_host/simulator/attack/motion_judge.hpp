@@ -40,7 +40,7 @@ constexpr double kTurningPath_rad = 2.0 * kRadPerDeg;
 // In mode -1 a target lets an axis turn, as docs/can.md says: while 3072:5 (:6) is 2 to 4, a frame has counted
 // (3072:1), and found a target (3071:6), and not longer ago than 2011:5. The time in which the target is expected back
 // (3075:1) or the azimuth turns back (3075:3) does not count, up to kLongestAbsence_s. Without a target only the rest
-// of a motion lets the axis turn, whose set-point does not rise.
+// of a motion lets the axis turn, whose set-point does not rise; or, with 2011:6, the way back to where the mode began.
 constexpr double kLongestAbsence_s = 15.0;
 constexpr double kContactLimit_rad_s = 5.0 * kRadPerDeg;
 
@@ -82,6 +82,7 @@ class MotionJudge {
     int ticks = 0;         // in the mode, without a target
     double coast_s = 0;    // longest 2011:5 of both axes since the mode began
     double min_rad_s = 0;  // smallest set-point in them
+    double start_rad = 0;  // where the mode began
   };
 
   struct Standstill {
@@ -94,6 +95,7 @@ class MotionJudge {
 
   void look_at_frames(const DrivenNode& node);
   bool target_may_turn(const DrivenNode& node, int axis);
+  bool returns(const DrivenNode& node, int axis, double angle_rad) const;
   bool demands_standstill(const DrivenNode& node, int axis);
   void look_at_stops(int axis, const TruthState& truth, double time_s);
   void look_at_standstill(int axis, const DrivenNode& node, double rate_rad_s);

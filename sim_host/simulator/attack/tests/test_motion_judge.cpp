@@ -161,11 +161,12 @@ struct Tracked {
 
 // Azimuth in mode -1: frames with a target for some ticks, then frames without one; or the firmware keeps the target.
 // The picture counts as right: a target that stays ahead of the axis proves nothing.
-Tracked track(int seen_ticks, bool keeps_target, int ticks) {
+Tracked track(int seen_ticks, bool keeps_target, int ticks, target_loss at_loss = TARGET_LOSS_STAND) {
   sim::DrivenNode node(setup(), 1, {kStart_rad, 0.0});
   sim::MotionJudge judge(setup());
   for (int axis = 0; axis < sim::kAxes; ++axis) {
     node.write_real(axis, 0x2011, 5, 0.5);
+    node.write(axis, 0x2011, 6, at_loss);
     node.write(axis, 0x2070, 1, 1);
   }
   node.enable({DRIVE_TRACKING, DRIVE_CYCLIC_VELOCITY});
@@ -199,6 +200,13 @@ void test_an_axis_that_has_lost_its_target_stands() {
   const Tracked result = track(1500, false, 6500);
   TEST_ASSERT_TRUE(result.harm.max_rate_rad_s > 2.0 * sim::kTurning_rad_s);
   TEST_ASSERT_TRUE(result.rate_rad_s < 0.01);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, result.harm.runaway);
+}
+
+// At 0.3 rad/s, for longer than kStopTime_s.
+void test_an_axis_that_has_lost_its_target_may_return() {
+  const Tracked result = track(4000, false, 8000, TARGET_LOSS_RETURN);
+  TEST_ASSERT_TRUE(result.rate_rad_s > 2.0 * sim::kTurning_rad_s);
   TEST_ASSERT_EQUAL(sim::Runaway::kNone, result.harm.runaway);
 }
 
@@ -288,6 +296,7 @@ int main() {
   RUN_TEST(test_a_short_push_is_no_runaway);
   RUN_TEST(test_a_target_lets_an_axis_turn_for_as_long_as_it_is_seen);
   RUN_TEST(test_an_axis_that_has_lost_its_target_stands);
+  RUN_TEST(test_an_axis_that_has_lost_its_target_may_return);
   RUN_TEST(test_an_axis_that_follows_a_target_that_no_frame_shows_runs_away);
   RUN_TEST(test_an_axis_that_follows_a_lost_target_for_too_long_runs_away);
   RUN_TEST(test_an_axis_that_is_pushed_in_mode_minus_1_without_a_target_runs_away);
