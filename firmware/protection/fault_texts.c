@@ -403,7 +403,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .clear = RESET},
     [FAULT_CLOCK] = {.name = "clock",
                      .owner = FAULT_OF_AXIS,
-                     .detection = "The system clock differs by more than 3 % from the chip's own 16 MHz oscillator.",
+                     .detection = "The system clock differs by more than 1.84 % from the chip's own 16 MHz oscillator.",
                      .when = "Always, on the board.",
                      .timer = "",
                      .cause =

@@ -1,9 +1,9 @@
 /* The system clock, which comes from the crystal, against the chip's other oscillator HSI16, in operation.
  *
  * MCO gives HSI16 / 16 to an input of TIM16 inside the chip; TIM16 captures every eighth edge, so 1360 counts of the
- * system clock lie between two captures. HSI16 is right to 1 % from 0 to 85 degrees (data sheet DS12288), so a
- * difference above 2.5 % is an error of one of the two. An error of the system clock is always found from 3.6 % on, and
- * from 1.5 % on where HSI16 is wrong the other way. */
+ * system clock lie between two captures. HSI16 is right to 1 % while the chip has 0 to 85 degrees, and to 2 % from -40
+ * degrees on (data sheet DS12288). A difference above 1.84 % is an error of one of the two: an error of the system
+ * clock of 3 % is always found above 0 degrees, and no right clock is refused above about -30 degrees. */
 #ifndef TRACKSERVO_STM32G474_CLOCK_CHECK_H
 #define TRACKSERVO_STM32G474_CLOCK_CHECK_H
 

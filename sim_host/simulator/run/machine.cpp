@@ -14,7 +14,7 @@ namespace {
 
 // The board's check of the clock against its other oscillator, as hal/stm32g474/clock_check.h does it: every 100 ms,
 // wrong three times in a row. Here it always takes the longest time.
-constexpr double kClockLimit = 0.025;
+constexpr double kClockLimit = 0.0184;
 constexpr int kClockCheckTicks = 400;
 constexpr std::uint32_t kTick_us = 1000;
 
