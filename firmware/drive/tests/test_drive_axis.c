@@ -1139,21 +1139,27 @@ static void test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword(
 /* --- from mode to mode --- */
 
 static void test_any_mode_takes_over_a_moving_axis_without_a_step(void) {
-  const int8_t modes[] = {DRIVE_PROFILE_POSITION, DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_POSITION,
-                          DRIVE_CYCLIC_VELOCITY,  DRIVE_CYCLIC_TORQUE,    DRIVE_NO_MODE};
+  const int8_t modes[] = {DRIVE_PROFILE_POSITION, DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_POSITION, DRIVE_CYCLIC_VELOCITY,
+                          DRIVE_CYCLIC_TORQUE,    DRIVE_NO_MODE,          DRIVE_TRACKING};
   random_source random = {.state = 7};
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  servo_target target = {0};
+  b.in.target = &target;
   b.o.position.following_error_window = UINT32_MAX;
   b.o.torque.slope_per_s = 2000;
   double worst_torque_nm = 0.0;
   for (int change = 0; change < 3000; ++change) {
-    const int8_t mode = modes[random_bits(&random) % 6];
+    const int8_t mode = modes[random_bits(&random) % (sizeof modes / sizeof *modes)];
     b.o.state.mode = mode;
     b.o.velocity.target = (int32_t)random_uniform(&random, -400000, 400000);
+    target = (servo_target){.known = random_bits(&random) % 4 != 0,
+                            .reference = {.rate_rad_s = (float)random_uniform(&random, -0.4, 0.4)},
+                            .at_loss = random_bits(&random) % 2 != 0 ? TARGET_LOSS_RETURN : TARGET_LOSS_STAND};
     b.o.torque.target = (int16_t)random_uniform(&random, -50, 50);
     b.o.state.controlword = 0x0F;
     const int count = (int)random_decades(&random, 2, 300);
     for (int i = 0; i < count; ++i) {
+      target.known = target.known && i < 200;
       b.o.position.target = drive_add(b.o.position.actual, mode == DRIVE_PROFILE_POSITION ? 1000000 : 0);
       b.in.setpoint_arrived = mode == DRIVE_CYCLIC_TORQUE;
       b.o.state.controlword = (uint16_t)(0x0F | (i > 1 ? 0x10 : 0));
