@@ -269,6 +269,10 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   for (const double dropout_s : {0.1, 0.5, kDropout_s, 2.0}) {
     cases.push_back(with_dropout(fly_by, dropout_s));
   }
+  cases.push_back(with_dropout(fly_by, kDropout_s));
+  cases.back().name += ", 2011:5 as delivered";
+  cases.back().loop = predictive;
+  cases.back().goal = {};
   cases.push_back(evasive_pass(pass_at(60.0, 500.0, data_dir, predictive)));
   cases.push_back(on_base(fly_by, "on a ship", kShip));
   cases.push_back(on_base(fly_by, "on a vehicle", kVehicle));
