@@ -320,8 +320,8 @@ void test_a_clock_1_percent_off_sync_is_reported_and_stops_no_axis() {
   }
 }
 
-// A clock 3 % off against an HSI16 that is 1 % off the same way: 1.98 % between them. In the cold a right clock and HSI16
-// differ by 1.7 %.
+// A clock 3 % off against an HSI16 that is 1 % off the same way: 1.98 % between them. In the cold a right clock and
+// HSI16 differ by 1.7 %.
 void test_a_clock_that_is_3_percent_off_stops_both_axes() {
   constexpr std::uint16_t kClock = 0x5530;
   constexpr int kMaxLatency_ms = 400;
