@@ -1,15 +1,7 @@
-#include "node/tracking.h"
-
 #include "base/scalar.h"
+#include "node/tracking_parts.h"
 
-enum {
-  CAMERA = 0x3071,
-  CAMERA_SCALE = 1,
-  CAMERA_ROLL = 2,
-  CAMERA_MIRRORED = 7,
-  CAMERA_STATED_DELAY = 8,
-  PICTURE_IS_WRONG = 6 /* of 3072:5, beside drive_tracking */
-};
+enum { CAMERA = 0x3071, CAMERA_SCALE = 1, CAMERA_ROLL = 2, CAMERA_MIRRORED = 7, CAMERA_STATED_DELAY = 8 };
 
 #define TRUSTED_RAD 2e-4f
 
@@ -33,8 +25,6 @@ void tracking_forget(target_tracking *self) {
   self->arrived = false;
   self->stale = false;
 }
-
-static bool is_together(const target_tracking *self) { return self->phase == TRACKING_TOGETHER; }
 
 static void take_strobes(target_tracking *self) {
   hal_strobes strobes;
@@ -236,7 +226,7 @@ static void part(target_tracking *self) {
   }
 }
 
-/* Likewise for a joint by itself. */
+/* Limits the rate of a joint that follows by itself, until the picture is known to be right. */
 static void hold_back(target_tracking *self) {
   const bool judged = self->orientation.verdict != PICTURE_NOT_JUDGED;
   const float limit_rad_s = self->orientation.rate_limit_rad_s;
@@ -252,7 +242,7 @@ static void hold_back(target_tracking *self) {
 
 void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes, bool changes) {
   const pointing_frame frame = take_frame(self);
-  const bool before = is_together(self);
+  const bool before = tracking_is_together(self);
   const bool may = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
   if (may) {
     self->phase = before || self->phase == TRACKING_JOINED ? TRACKING_TOGETHER : TRACKING_JOINS;
@@ -260,7 +250,7 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
     self->phase = before ? TRACKING_PARTS : TRACKING_APART;
   }
   self->prepared = self->prepared && (may || !before);
-  if (is_together(self)) {
+  if (tracking_is_together(self)) {
     self->motion = pointing_motion_of(&board->app, &board->samples);
     self->target = pointing_step(&self->line_of_sight, &frame, &self->motion, SERVO_TICK_S);
     if (!self->target.locked) {
@@ -278,7 +268,7 @@ void tracking_take(target_tracking *self, const servo_board *board, int tracking
 }
 
 void tracking_prepare(target_tracking *self, const servo_params *servo, float azimuth_swing_kg_m2, uint32_t changes) {
-  if (is_together(self) || (self->prepared && self->prepared_changes == changes)) {
+  if (tracking_is_together(self) || (self->prepared && self->prepared_changes == changes)) {
     return;
   }
   self->prepared_changes = changes;
@@ -298,13 +288,13 @@ static int16_t time_of(float time_s) {
 
 /* By its frames; while the azimuth turns back, the target is only expected. */
 static bool is_seen(const target_tracking *self) {
-  return is_together(self) && self->line_of_sight.tracker.along[0].locked;
+  return tracking_is_together(self) && self->line_of_sight.tracker.along[0].locked;
 }
 
 static void measure_delay(target_tracking *self, uint32_t tick) {
   camera_objects *objects = &self->objects;
   camera_delay_step(&self->delay, &objects->delay, &self->line_of_sight.tracker, is_seen(self), SERVO_TICK_S);
-  if (!is_together(self)) {
+  if (!tracking_is_together(self)) {
     objects->dither_s = 0;
   } else if (objects->dither_s != 0 && tick % SERVO_TICKS_PER_S == 0) {
     objects->dither_s--;
@@ -383,7 +373,7 @@ static joint_vector rate_limit_of(const target_tracking *self) {
 
 static void look_ahead(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
   camera_objects *objects = &self->objects;
-  if (!is_together(self)) {
+  if (!tracking_is_together(self)) {
     if (self->phase == TRACKING_PARTS) {
       part(self);
     }
@@ -424,113 +414,6 @@ static void look_ahead(target_tracking *self, const drive_axis *azimuth, const d
 }
 
 /* Before the objects have the counts of this tick. */
-static void look_for_a_frozen_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
-                                      uint32_t tick) {
-  if (self->frames.taken == self->objects.taken) {
-    return;
-  }
-  const image_vector error = self->error;
-  const joint_place joints = {.azimuth = (angle_turn32)azimuth->position, .pitch = (angle_turn32)pitch->position};
-  frozen_picture_take(&self->picture, &self->objects.message, scalar_max(scalar_abs(error.x), scalar_abs(error.y)),
-                      self->objects.params.scale_rad, joints, tick);
-}
-
-/* What the line of sight has done: as one, or each joint for itself. */
-static image_vector moved_rad(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
-                              int ticks) {
-  if (is_together(self)) {
-    return pointing_tracker_los_motion(&self->line_of_sight.tracker, ticks, SERVO_TICK_S);
-  }
-  const target_tracker_state *joints = self->joints.axis;
-  image_vector moved = {0};
-  if (azimuth->motion.followed != NULL) {
-    moved.x = target_tracker_los_motion_rad(&joints[SERVO_AZIMUTH], ticks, SERVO_TICK_S);
-  }
-  if (pitch->motion.followed != NULL) {
-    moved.y = target_tracker_los_motion_rad(&joints[SERVO_PITCH], ticks, SERVO_TICK_S);
-  }
-  return moved;
-}
-
-/* The error of the newest frame, likewise. */
-static image_vector seen_rad(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
-                             int age_ticks) {
-  if (is_together(self)) {
-    const pointing_frame frame = {.fresh = true, .age_ticks = age_ticks, .error = self->error};
-    return pointing_tracker_frame_error(&self->line_of_sight.tracker, &frame);
-  }
-  const rotation at = rotation_of((angle_turn32)pitch->position);
-  const joint_vector errors = line_of_sight_joint_errors(at, self->error);
-  return (image_vector){.x = azimuth->motion.followed != NULL ? errors.azimuth : 0.0f,
-                        .y = pitch->motion.followed != NULL ? errors.pitch : 0.0f};
-}
-
-/* At the target's own rate: a picture that led away would not let it. */
-static bool follows(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {
-  if (is_together(self)) {
-    return self->target.locked && !self->target.limited;
-  }
-  const bool by_azimuth = azimuth->motion.followed != NULL;
-  const bool by_pitch = pitch->motion.followed != NULL;
-  return (by_azimuth || by_pitch) && !(by_azimuth && self->held_back[SERVO_AZIMUTH]) &&
-         !(by_pitch && self->held_back[SERVO_PITCH]);
-}
-
-static bool is_out_of_sight(const target_tracking *self) {
-  const int coast_ticks = (int)(PICTURE_UNPROVEN_COAST_S / SERVO_TICK_S);
-  return self->orientation.verdict == PICTURE_NOT_JUDGED &&
-         self->joints.axis[SERVO_AZIMUTH].ticks_since_frame > coast_ticks;
-}
-
-static void stop_following(target_tracking *self) {
-  self->frames.last_drop = CAMERA_PICTURE_WRONG;
-  pointing_look_away(&self->line_of_sight);
-  turn_back_reset(&self->turn);
-  joint_tracking_lose(&self->joints);
-}
-
-/* Likewise. */
-static void check_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, bool tracks) {
-  if (!tracks) {
-    if (self->tracked) {
-      picture_check_reset(&self->orientation);
-    }
-    self->tracked = false;
-    return;
-  }
-  self->tracked = true;
-  picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows(self, azimuth, pitch));
-  const camera_objects *objects = &self->objects;
-  if (self->frames.taken != objects->taken && objects->message.quality >= objects->params.min_quality) {
-    const int age_ticks = camera_delay_age(&self->delay, &objects->delay, objects->age_ms);
-    picture_check_take(&self->orientation, seen_rad(self, azimuth, pitch, age_ticks),
-                       moved_rad(self, azimuth, pitch, age_ticks), age_ticks);
-  }
-  if (picture_check_is_wrong(&self->orientation)) {
-    stop_following(self);
-  } else if (is_out_of_sight(self)) { /* likewise by itself */
-    joint_tracking_lose(&self->joints);
-  }
-}
-
-static void report_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {
-  camera_objects *objects = &self->objects;
-  const picture_check *check = &self->orientation;
-  objects->azimuth_tracking = (uint8_t)azimuth->tracking;
-  objects->pitch_tracking = (uint8_t)pitch->tracking;
-  objects->picture_verdict = (uint8_t)check->verdict;
-  if (check->verdict == PICTURE_NOT_JUDGED) {
-    objects->picture_roll = 0;
-    return;
-  }
-  objects->picture_roll = (int16_t)scalar_round(check->roll_rad * (float)CAMERA_ROLL_COUNTS_PER_RAD);
-  if (picture_check_is_wrong(check)) {
-    objects->azimuth_tracking = azimuth->tracking != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : 0;
-    objects->pitch_tracking = pitch->tracking != DRIVE_NOT_TRACKING ? PICTURE_IS_WRONG : 0;
-  }
-}
-
-/* Likewise. */
 static void count_drops(target_tracking *self, bool tracks) {
   if (!tracks) {
     self->drops = 0;
@@ -557,13 +440,13 @@ void tracking_report(target_tracking *self, const drive_axis *azimuth, const dri
     begin(self, SERVO_AZIMUTH, azimuth);
     begin(self, SERVO_PITCH, pitch);
   }
-  check_picture(self, azimuth, pitch, tracks);
-  look_for_a_frozen_picture(self, azimuth, pitch, tick);
+  tracking_check_picture(self, azimuth, pitch, tracks);
+  tracking_look_for_a_frozen_picture(self, azimuth, pitch, tick);
   objects->taken = self->frames.taken;
   objects->missed = self->frames.missed;
   objects->dropped = self->frames.dropped;
   objects->last_drop = (uint8_t)self->frames.last_drop;
-  report_picture(self, azimuth, pitch);
+  tracking_report_picture(self, azimuth, pitch);
   objects->clock = self->clock.stamp;
   take_strobes(self);
   report_strobe(self);

@@ -56,7 +56,7 @@ typedef struct {
   return_prediction back;
   uint32_t locked_ticks;     /* for so long both axes have had a target */
   float coast_s;             /* 2011:5 of the azimuth */
-  joint_vector rate_rad_s;   /* 2011:6 of both */
+  joint_vector rate_rad_s;   /* 2010:2 of both */
   float dither_rad_s;        /* of the next tick, on the elevation */
   bool predicts[SERVO_AXES]; /* 2011:1 */
   bool prepared;             /* `line_of_sight` has valid gains, and knows no target until they track */
