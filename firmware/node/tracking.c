@@ -104,8 +104,7 @@ static pointing_frame newest_frame(target_tracking *self) {
                               self->exposure_age);
   }
   if (jumping_picture_take(&self->jumps, &frame, SERVO_TICK_S)) {
-    self->frames.taken--;
-    camera_input_refuse(&self->frames, CAMERA_JUMPS);
+    camera_input_take_back(&self->frames, CAMERA_JUMPS);
     return (pointing_frame){0};
   }
   return frame;

@@ -23,6 +23,11 @@ void camera_input_refuse(camera_input *input, camera_drop why) {
   input->last_drop = why;
 }
 
+void camera_input_take_back(camera_input *input, camera_drop why) {
+  input->taken--;
+  camera_input_refuse(input, why);
+}
+
 static pointing_frame drop(camera_input *input, camera_drop why) {
   camera_input_refuse(input, why);
   return (pointing_frame){0};

@@ -101,4 +101,7 @@ void camera_input_refuse(camera_input *input, camera_drop why);
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
                                  image_vector error, int32_t age);
 
+/* Counts the message that was just taken as dropped instead. */
+void camera_input_take_back(camera_input *input, camera_drop why);
+
 #endif
