@@ -1,7 +1,6 @@
-#include "canopen/canopen_node.h"
-
 #include <string.h>
 
+#include "canopen/canopen_node_parts.h"
 #include "canopen/cob_id.h"
 #include "canopen/node_objects.h"
 
@@ -9,7 +8,7 @@ enum { PART_COMMUNICATION, PART_DEVICE, NODE_PARTS, QUEUE_CAPACITY_MIN = 64, OVE
 
 _Static_assert((uint32_t)LSS_REQUEST_COB_ID == (uint32_t)HEARD_LSS_REQUEST, "it must pass the filters");
 
-static bool send(const canopen_node *node, const can_frame *frame) {
+bool canopen_send(const canopen_node *node, const can_frame *frame) {
   return node->sender.send(node->sender.context, frame);
 }
 
@@ -33,7 +32,7 @@ static void obey_waiting_stops(canopen_node *node) {
   }
 }
 
-static void enter(canopen_node *node, nmt_state state) {
+void canopen_enter(canopen_node *node, nmt_state state) {
   obey_waiting_stops(node);
   node->state = state;
   if (state == NMT_OPERATIONAL) {
@@ -74,14 +73,14 @@ static void take_lss_node_id(canopen_node *node) {
   }
 }
 
-static void begin_reset(canopen_node *node, bool whole_node) {
+void canopen_begin_reset(canopen_node *node, bool whole_node) {
   take_lss_node_id(node);
   node->reset = (canopen_reset){.pending = true, .whole_node = whole_node, .step = STEP_COMMUNICATION};
   reset_sdo(node);
   if (node->config.events.reset_begins != NULL) {
     node->config.events.reset_begins(node->config.context, whole_node);
   }
-  enter(node, NMT_INITIALISING);
+  canopen_enter(node, NMT_INITIALISING);
 }
 
 static void restore_defaults(canopen_node *node, uint32_t part) {
@@ -188,19 +187,18 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
     sdo_server_init(&node->sdo[i], &node->dictionary);
   }
-  begin_reset(node, true);
+  canopen_begin_reset(node, true);
   for (uint32_t i = 0; i < RESET_STEPS_MAX && node->reset.pending; i++) {
     step_reset(node);
   }
   return !node->reset.pending;
 }
 
-static bool is_heartbeat(const can_frame *frame) {
+bool canopen_is_heartbeat(const can_frame *frame) {
   return frame->id > HEARTBEAT_COB_ID && frame->id <= HEARTBEAT_COB_ID + 127;
 }
 
-/* SDO_CHANNELS: none. */
-static uint32_t sdo_channel_of(const canopen_node *node, const can_frame *frame) {
+uint32_t canopen_sdo_channel_of(const canopen_node *node, const can_frame *frame) {
   uint32_t channel = 0;
   while (channel < SDO_CHANNELS && frame->id != node->listeners.sdo_request[channel]) {
     channel++;
@@ -218,8 +216,8 @@ bool canopen_node_receive(canopen_node *node, const can_frame *frame) {
   if (!is_heard(node, frame)) {
     return true;
   }
-  const bool waits =
-      is_heartbeat(frame) || frame->id == LSS_REQUEST_COB_ID || sdo_channel_of(node, frame) < SDO_CHANNELS;
+  const bool waits = canopen_is_heartbeat(frame) || frame->id == LSS_REQUEST_COB_ID ||
+                     canopen_sdo_channel_of(node, frame) < SDO_CHANNELS;
   return can_queue_push(waits ? &node->services : &node->process_data, frame);
 }
 
@@ -235,7 +233,7 @@ bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code) {
   return emergency_clear(&node->emergency, &node->objects.emergency, source, code);
 }
 
-static void raise_or_clear(canopen_node *node, uint16_t code, bool active) {
+void canopen_raise_or_clear(canopen_node *node, uint16_t code, bool active) {
   if (active) {
     (void)canopen_node_raise(node, &(emergency_error){.code = code, .register_bits = ERROR_COMMUNICATION});
   } else {
@@ -244,7 +242,7 @@ static void raise_or_clear(canopen_node *node, uint16_t code, bool active) {
 }
 
 void canopen_node_error_passive(canopen_node *node, bool passive) {
-  raise_or_clear(node, EMERGENCY_ERROR_PASSIVE, passive);
+  canopen_raise_or_clear(node, EMERGENCY_ERROR_PASSIVE, passive);
 }
 
 void canopen_node_request_tpdo(canopen_node *node, uint32_t n) {
@@ -253,148 +251,21 @@ void canopen_node_request_tpdo(canopen_node *node, uint32_t n) {
   }
 }
 
-/* 0x1029:1, clause 7.5.2.32. */
-static void obey_error_behaviour(canopen_node *node) {
+void canopen_obey_error_behaviour(canopen_node *node) {
   if (node->state != NMT_OPERATIONAL) {
     return;
   }
   if (node->objects.error_behaviour == ON_ERROR_PRE_OPERATIONAL) {
-    enter(node, NMT_PRE_OPERATIONAL);
+    canopen_enter(node, NMT_PRE_OPERATIONAL);
   } else if (node->objects.error_behaviour == ON_ERROR_STOP) {
-    enter(node, NMT_STOPPED);
+    canopen_enter(node, NMT_STOPPED);
   }
 }
 
 void canopen_node_bus_off_recovered(canopen_node *node) {
-  raise_or_clear(node, EMERGENCY_BUS_OFF_RECOVERED, true);
-  raise_or_clear(node, EMERGENCY_BUS_OFF_RECOVERED, false);
-  obey_error_behaviour(node);
-}
-
-/* --- Services: deferred work ------------------------------------------------------------------------------------ */
-
-/* Returns false when there is nothing to send or no room for it. */
-static bool send_sdo(canopen_node *node, uint32_t channel) {
-  sdo_server *server = &node->sdo[channel];
-  const uint8_t *bytes = sdo_server_outgoing(server);
-  if (bytes == NULL) {
-    return false;
-  }
-  can_frame frame = {.id = node->objects.sdo[channel].response_cob_id & COB_ID_IDENTIFIER, .length = SDO_BYTES};
-  memcpy(frame.data, bytes, SDO_BYTES);
-  const bool sent = send(node, &frame);
-  if (sent) {
-    sdo_server_sent(server);
-  }
-  return sent;
-}
-
-/* The channels take turns: a block upload on one channel leaves room for answers on the other. */
-static void send_sdos(canopen_node *node, uint32_t limit) {
-  uint32_t idle = 0;
-  for (uint32_t i = 0; i < limit && idle < SDO_CHANNELS; i++) {
-    idle = send_sdo(node, node->first_sdo) ? 0 : idle + 1;
-    node->first_sdo = (node->first_sdo + 1) % SDO_CHANNELS;
-  }
-}
-
-static void receive_sdo(canopen_node *node, uint32_t channel, const can_frame *frame) {
-  if (frame->length == SDO_BYTES) {
-    canopen_node_heard(node);
-    node->sdo_client = channel;
-    sdo_server_receive(&node->sdo[channel], frame->data);
-    node->sdo_client = SDO_CHANNELS;
-    (void)send_sdo(node, channel);
-  }
-}
-
-static void tick_sdo(canopen_node *node) {
-  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
-    if (node_objects_sdo_is_on(&node->objects, i)) {
-      node->sdo_client = i;
-      sdo_server_tick(&node->sdo[i]);
-    } else {
-      sdo_server_reset(&node->sdo[i]);
-    }
-  }
-  node->sdo_client = SDO_CHANNELS;
-}
-
-static void lose_producer(canopen_node *node, uint8_t lost) {
-  const emergency_error error = {.code = EMERGENCY_HEARTBEAT, .register_bits = ERROR_COMMUNICATION, .detail = lost};
-  (void)canopen_node_raise(node, &error);
-  if (node->config.events.heartbeat_lost != NULL) {
-    node->config.events.heartbeat_lost(node->config.context, lost);
-  }
-  obey_error_behaviour(node);
-}
-
-static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
-  const uint8_t producer = (uint8_t)(frame->id - HEARTBEAT_COB_ID);
-  if (frame->length != 1) {
-    return;
-  }
-  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
-    const uint32_t object = node->objects.heartbeat_consumer[i];
-    if (!heartbeat_consumer_active(object) || heartbeat_consumer_node(object) != producer) {
-      continue;
-    }
-    const heartbeat_news news = heartbeat_consumer_hear(&node->consumers[i], frame->data[0]);
-    if (news == HEARTBEAT_RESET) {
-      lose_producer(node, producer);
-    } else if (news != HEARTBEAT_BOOTED) {
-      canopen_node_heard(node);
-    }
-    if (news == HEARTBEAT_BACK) {
-      node_objects_judge_heartbeats(node);
-    }
-  }
-}
-
-static void receive_service(canopen_node *node, const can_frame *frame) {
-  const uint32_t channel = sdo_channel_of(node, frame);
-  if (is_heartbeat(frame)) {
-    receive_heartbeat(node, frame);
-  } else if (nmt_allows_sdo(node->state) && channel < SDO_CHANNELS && !lss_slave_is_silent(&node->lss)) {
-    receive_sdo(node, channel, frame);
-  }
-}
-
-/* --- LSS --------------------------------------------------------------------------------------------------------- */
-
-static bool is_lss(const can_frame *frame) {
-  return frame->id == LSS_REQUEST_COB_ID && frame->flags == 0 && frame->length == LSS_BYTES;
-}
-
-static uint32_t identity_of(const canopen_node *node, uint8_t sub) {
-  od_object object;
-  return od_find(&node->dictionary, 0x1018, sub, &object) == OD_OK ? (uint32_t)od_get(&object).i : 0;
-}
-
-static void send_lss(canopen_node *node) {
-  const uint8_t *bytes = lss_slave_outgoing(&node->lss);
-  if (bytes != NULL) {
-    can_frame frame = {.id = LSS_RESPONSE_COB_ID, .length = LSS_BYTES};
-    memcpy(frame.data, bytes, LSS_BYTES);
-    if (send(node, &frame)) {
-      lss_slave_sent(&node->lss);
-    }
-  }
-}
-
-/* In every NMT state, also without a node id. The identity is read here, because the serial number is set after the
- * start.
- */
-static void receive_lss(canopen_node *node, const can_frame *frame) {
-  uint32_t identity[LSS_IDENTITY_PARTS];
-  for (uint32_t part = 0; part < LSS_IDENTITY_PARTS; part++) {
-    identity[part] = identity_of(node, (uint8_t)(part + 1));
-  }
-  lss_slave_identify(&node->lss, identity);
-  if (lss_slave_receive(&node->lss, frame->data)) {
-    begin_reset(node, false);
-  }
-  send_lss(node);
+  canopen_raise_or_clear(node, EMERGENCY_BUS_OFF_RECOVERED, true);
+  canopen_raise_or_clear(node, EMERGENCY_BUS_OFF_RECOVERED, false);
+  canopen_obey_error_behaviour(node);
 }
 
 void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s) {
@@ -409,121 +280,13 @@ void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s) {
   }
 }
 
-/* --- Process data: work of the tick ------------------------------------------------------------------------------ */
-
-static void receive_nmt(canopen_node *node, const can_frame *frame) {
-  nmt_state wanted = node->state;
-  if (nmt_is_addressed(node->config.node_id, frame)) {
-    canopen_node_heard(node);
-  }
-  const nmt_request request = nmt_receive(&wanted, node->config.node_id, frame);
-  if (request != NMT_NOTHING) {
-    begin_reset(node, request == NMT_RESET_NODE);
-  } else if (wanted != node->state) {
-    enter(node, wanted);
-  }
-}
-
-/* `frame` is NULL: the values that wait for SYNC. */
-static void receive_pdo(canopen_node *node, rpdo *receiver, const can_frame *frame) {
-  const bool was_bad = rpdo_is_bad(receiver);
-  const rpdo_verdict verdict = frame == NULL ? rpdo_sync(receiver) : rpdo_receive(receiver, frame);
-  if (was_bad || verdict >= RPDO_REFUSED) {
-    node_objects_judge_rpdos(node);
-  }
-}
-
-/* A command that must wait for the one before it stays in the queue, with all that follows it: each takes effect in a
- * tick of its own. A queue more than half full is emptied all the same; of such a frame only a stop is obeyed then, and
- * the stop before it is not undone. */
-static bool stays_in_queue(canopen_node *node, rpdo *receiver, const can_frame *frame) {
-  if (can_queue_count(&node->process_data) <= node->process_data.capacity / 2) {
-    return true;
-  }
-  node->dropped_commands++;
-  rpdo_obey_stops(receiver, frame);
-  return false;
-}
-
-/* Whether the frame has been used. */
-static bool receive_pdos(canopen_node *node, const can_frame *frame) {
-  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    if (frame->id != node->listeners.rpdo[n]) {
-      continue;
-    }
-    canopen_node_heard(node);
-    if (!rpdo_must_wait(&node->rpdos[n], frame)) {
-      receive_pdo(node, &node->rpdos[n], frame);
-    } else if (stays_in_queue(node, &node->rpdos[n], frame)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-/* Whether SYNC can take effect on all RPDOs that wait for it. */
-static bool sync_can_be_used(canopen_node *node) {
-  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    if (rpdo_must_wait(&node->rpdos[n], NULL) && stays_in_queue(node, &node->rpdos[n], NULL)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-static void receive_sync(canopen_node *node, const can_frame *frame) {
-  node->sync_wrong_length = sync_receive(&node->sync, &node->objects.sync, frame) == SYNC_WRONG_LENGTH;
-  raise_or_clear(node, EMERGENCY_SYNC_LENGTH, node->sync_wrong_length);
-  if (node->sync_wrong_length) {
-    return;
-  }
-  (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_TIME_OUT);
-  if (sync_clock_hear(&node->clock, node->objects.sync.period_us)) {
-    raise_or_clear(node, EMERGENCY_SYNC_CLOCK, node->clock.off);
-  }
-  if (!nmt_allows_pdo(node->state)) {
-    return;
-  }
-  if (node->sync_is_used) {
-    canopen_node_heard(node);
-  }
-  if (node->sync_count < CANOPEN_FRAMES_PER_CALL) {
-    node->sync_counter[node->sync_count++] = node->sync.counter;
-  }
-  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    if (node->rpdos[n].waiting) {
-      receive_pdo(node, &node->rpdos[n], NULL);
-    }
-  }
-}
-
-/* Whether the frame has been used. While LSS changes the bit rate, only NMT is obeyed: the node could not report what
- * anything else has caused. */
-static bool receive_process_data(canopen_node *node, const can_frame *frame) {
-  if (frame->id == NMT_COB_ID) {
-    receive_nmt(node, frame);
-  } else if (lss_slave_is_silent(&node->lss)) {
-    return true;
-  } else if (frame->id == node->listeners.sync) {
-    if (nmt_allows_pdo(node->state) && !sync_can_be_used(node)) {
-      return false;
-    }
-    if (nmt_allows_sdo(node->state)) { /* also pre-operational, because of its length */
-      receive_sync(node, frame);
-    }
-  } else if (nmt_allows_pdo(node->state)) {
-    return receive_pdos(node, frame);
-  }
-  return true;
-}
-
 /* --- Queues ------------------------------------------------------------------------------------------------------- */
 
 void canopen_node_take(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->process_data);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
     node->received_us = frame->received_us;
-    if (node->state != NMT_INITIALISING && !receive_process_data(node, frame)) {
+    if (node->state != NMT_INITIALISING && !canopen_receive_process_data(node, frame)) {
       return;
     }
     can_queue_drop(&node->process_data);
@@ -541,11 +304,7 @@ static void take_services(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->services);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL && !overtakes(frame, waiting); i++) {
     node->received_us = frame->received_us;
-    if (is_lss(frame)) {
-      receive_lss(node, frame);
-    } else if (node->state != NMT_INITIALISING) {
-      receive_service(node, frame);
-    }
+    canopen_receive_service(node, frame);
     can_queue_drop(&node->services);
     frame = can_queue_front(&node->services);
   }
@@ -553,8 +312,8 @@ static void take_services(canopen_node *node) {
 
 void canopen_node_answer(canopen_node *node) {
   take_services(node);
-  send_sdos(node, CANOPEN_SDO_FRAMES_PER_CALL);
-  send_lss(node);
+  canopen_send_sdos(node, CANOPEN_SDO_FRAMES_PER_CALL);
+  canopen_send_lss(node);
 }
 
 /* --- One millisecond --------------------------------------------------------------------------------------------- */
@@ -572,12 +331,12 @@ static void tick_producer(canopen_node *node) {
   }
   const can_frame frame = {
       .id = HEARTBEAT_COB_ID + (uint32_t)node->config.node_id, .length = 1, .data = {(uint8_t)node->state}};
-  if (!send(node, &frame)) {
+  if (!canopen_send(node, &frame)) {
     return;
   }
   heartbeat_producer_sent(&node->producer);
   if (boot) {
-    enter(node, NMT_PRE_OPERATIONAL);
+    canopen_enter(node, NMT_PRE_OPERATIONAL);
   }
 }
 
@@ -602,7 +361,7 @@ static void tick_consumers(canopen_node *node) {
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     const uint32_t object = node->objects.heartbeat_consumer[i];
     if (heartbeat_consumer_tick(&node->consumers[i], object)) {
-      lose_producer(node, heartbeat_consumer_node(object));
+      canopen_lose_producer(node, heartbeat_consumer_node(object));
     }
   }
 }
@@ -615,11 +374,11 @@ static void tick_overruns(canopen_node *node) {
   if (overruns != node->overruns_reported) {
     node->overruns_reported = overruns;
     node->overrun_quiet_ms = 0;
-    raise_or_clear(node, EMERGENCY_CAN_OVERRUN, true);
+    canopen_raise_or_clear(node, EMERGENCY_CAN_OVERRUN, true);
   } else if (node->overrun_quiet_ms < OVERRUN_QUIET_MS) {
     node->overrun_quiet_ms++;
   } else {
-    raise_or_clear(node, EMERGENCY_CAN_OVERRUN, false);
+    canopen_raise_or_clear(node, EMERGENCY_CAN_OVERRUN, false);
   }
 }
 
@@ -664,12 +423,12 @@ void canopen_node_serve(canopen_node *node) {
   }
   tick_producer(node);
   canopen_node_answer(node);
-  tick_sdo(node);
+  canopen_tick_sdo(node);
   tick_consumers(node);
   tick_overruns(node);
   if (nmt_allows_sdo(node->state)) {
     if (sync_tick(&node->sync, &node->objects.sync)) {
-      raise_or_clear(node, EMERGENCY_SYNC_TIME_OUT, true);
+      canopen_raise_or_clear(node, EMERGENCY_SYNC_TIME_OUT, true);
     }
     emergency_tick(&node->emergency, &node->objects.emergency, &node->sender);
   }
