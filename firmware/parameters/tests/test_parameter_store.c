@@ -94,6 +94,25 @@ static void test_what_was_saved_last_is_found(void) {
   TEST_ASSERT_EQUAL(0, model.rule_breaks);
 }
 
+/* Of one page each, in areas of four: after nine saves one area has the newest set, the other one the four before. */
+static void test_all_sets_that_were_not_erased_are_found_the_newest_first(void) {
+  static row_set sets[11];
+  static parameter_store reader;
+  static parameter_row rows[5];
+  fit_flash(256, 4);
+  for (uint32_t n = 0; n < 11; ++n) {
+    fill(&sets[n], n, 5);
+    TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&sets[n]));
+    parameter_store_open(&reader, areas);
+    TEST_ASSERT_EQUAL(n < 8 ? n + 1 : n - 3, reader.count);
+    for (uint32_t i = 0; i < reader.count; ++i) {
+      TEST_ASSERT_EQUAL(n + 1 - i, reader.found[i].sequence);
+      TEST_ASSERT_TRUE(parameter_store_load(&reader, i, rows, 5));
+      TEST_ASSERT_EQUAL_MEMORY(sets[n - i].rows, rows, sizeof rows);
+    }
+  }
+}
+
 static void test_a_second_save_waits_for_the_first(void) {
   row_set set;
   fit_flash(256, 4);
@@ -212,6 +231,25 @@ static void test_a_wrong_bit_anywhere_gives_the_set_before_and_is_reported(void)
     TEST_ASSERT_TRUE(finds(&old));
     TEST_ASSERT_EQUAL(1, store.damaged + store.unfinished);
     record[bit / 8] = (uint8_t)(record[bit / 8] ^ 1u << bit % 8);
+  }
+}
+
+static void test_an_unreadable_double_word_anywhere_gives_the_set_before_and_is_reported(void) {
+  row_set old, newest;
+  fit_flash(256, 4);
+  fill(&old, 1, 12);
+  fill(&newest, 2, 12);
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&old));
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&newest));
+  restart();
+  const uint32_t first = store.found[0].page * model.page_bytes / HAL_FLASH_UNIT_BYTES;
+  for (uint32_t unit = 0; unit < 12 + PARAMETER_STORE_FRAME_UNITS; ++unit) {
+    model.weak[first + unit].shows = SHOWS_UNREADABLE;
+    restart();
+    TEST_ASSERT_TRUE(finds(&old));
+    TEST_ASSERT_EQUAL(1, store.damaged);
+    TEST_ASSERT_EQUAL(0, store.unfinished);
+    model.weak[first + unit].shows = SHOWS_RIGHT;
   }
 }
 
@@ -436,6 +474,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_an_empty_flash_has_no_set);
   RUN_TEST(test_what_was_saved_last_is_found);
+  RUN_TEST(test_all_sets_that_were_not_erased_are_found_the_newest_first);
   RUN_TEST(test_a_second_save_waits_for_the_first);
   RUN_TEST(test_a_set_that_does_not_fit_is_refused);
   RUN_TEST(test_sequence_numbers_end_long_after_the_flash);
@@ -444,6 +483,7 @@ int main(void) {
   RUN_TEST(test_a_set_that_was_not_found_is_not_in_use);
   RUN_TEST(test_a_page_that_cannot_be_programmed_leaves_the_old_set);
   RUN_TEST(test_a_wrong_bit_anywhere_gives_the_set_before_and_is_reported);
+  RUN_TEST(test_an_unreadable_double_word_anywhere_gives_the_set_before_and_is_reported);
   RUN_TEST(test_two_wrong_bits_or_a_wrong_double_word_give_the_set_before);
   RUN_TEST(test_a_cut_at_every_operation_of_a_thousand_saves_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_a_cut_in_a_set_of_the_real_size_leaves_the_old_set_or_the_new_one);
