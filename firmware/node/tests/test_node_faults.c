@@ -5,7 +5,7 @@
 
 enum { PROTECTION = 0x2060, OVERSPEED = 1, TRAVEL_MINIMUM = 9, TRAVEL_MAXIMUM, UNDER_VOLTAGE = 15, OVER_VOLTAGE };
 enum { BOARD = 0x3060, STOPPING_MARGIN = 17, WAITING, MOTOR = 0x2055, CURRENT_LIMIT = 6, SOFT_TRAVEL = 0x607D };
-enum { LOG = 0x3020, LOG_COUNT = 1, LOG_COMMAND, NEWEST, ACCESS = 0x3040, WORD = 1, LEFT_S, PV = 3 };
+enum { LOG = 0x3020, LOG_COUNT = 1, LOG_COMMAND, NEWEST, ACCESS = 0x3040, WORD = 1, LEFT_S, PV = 3, CST = 10 };
 enum { HEADER = 8, SAMPLE = (int)sizeof(fault_log_sample), EMCY = 0x080 + NODE_ID };
 
 enum { CLIENT_B = 0x6A0, DELAY_S = 6, PARAMETER_SET = 0x2070, GAINS = 0x2000, SCALES = 0x3060 };
@@ -344,10 +344,21 @@ static void test_scales_of_the_board_are_written_unlocked_and_off_and_reach_the_
 }
 
 static void test_scales_beyond_their_ranges_are_no_scales(void) {
-  hal_scales scales = node.scales;
+  const hal_scales good = {.current_full_scale_a = {0.1f, 1000.0f}, /* the ends of the ranges */
+                           .over_current_a = {0.05f, 1000.0f},
+                           .voltage_full_scale_v = 5.0f};
+  hal_scales scales = good;
+  float *const values[] = {&scales.current_full_scale_a[0], &scales.current_full_scale_a[1], &scales.over_current_a[0],
+                           &scales.over_current_a[1], &scales.voltage_full_scale_v};
   TEST_ASSERT_EQUAL(CONTROL_OK, board_objects_check(&scales));
-  scales.over_current_a[1] = 0.0f;
-  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, board_objects_check(&scales));
+  for (uint32_t i = 0; i < sizeof values / sizeof values[0]; ++i) { /* one value alone */
+    const float beyond[] = {i == 4 ? 4.9f : i < 2 ? 0.09f : 0.04f, 1001.0f};
+    for (int end = 0; end < 2; ++end) {
+      *values[i] = beyond[end];
+      TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, board_objects_check(&scales));
+      scales = good;
+    }
+  }
 }
 
 /* --- the log
@@ -519,6 +530,30 @@ static void test_faults_of_one_code_are_each_reported_and_over_together(void) {
   TEST_ASSERT_EQUAL_HEX32(0, get(0x1001, 0) & 0xFF);
 }
 
+/* Of either axis: 2070:1 = 4 takes a gain that makes the loop swing from limit to limit, which the check refuses. */
+static void test_gains_that_shake_an_axis_are_taken_back_reported_and_logged(void) {
+  for (int axis = 0; axis < SERVO_AXES; ++axis) {
+    const uint32_t shift = axis == 0 ? 0 : PITCH;
+    node_bench_start();
+    SET(ACCESS, WORD, OPEN);
+    SET_FLOAT(0x2000 + shift, 1, 20000.0f);
+    SET(0x2070 + shift, 1, 4);
+    enable(shift, PV);
+    SET(0x60FF + shift, 0, 50000);
+    sent_count = 0;
+    wait_ms(500);
+    expect_reported(0, 0x6320, FAULT_GAINS_TAKEN_BACK);
+    TEST_ASSERT_EQUAL(axis + 1, sent[0].data[4]);
+    expect_reported(1, 0, 0); /* over at once: it is a report, and the axis goes on */
+    expect_reported(2, 0, 0);
+    CHECK_SAME("in force", 720.0, node.board.app.params.axis[axis].speed.pi.proportional_gain);
+    CHECK_NEAR("rad/s", 0.05, machine.axis[axis].rate_rad_s, 1e-3);
+    TEST_ASSERT_TRUE(read_entry(NEWEST) > 0);
+    TEST_ASSERT_EQUAL(FAULT_GAINS_TAKEN_BACK, entry[4]);
+    TEST_ASSERT_EQUAL(axis, entry[5]);
+  }
+}
+
 /* --- reports of the board
  * --------------------------------------------------------------------------------------------- */
 
@@ -633,6 +668,47 @@ static void test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_com
   TEST_ASSERT_TRUE(node.axis[0].monitor.state.witness.known);
 }
 
+/* --- the current sensor, and the slow monitors --- */
+
+/* 3.2 A in a ms take 9.6 V in a winding of 3 mH: more than 2060:12. A converter that shows no change of the current
+ * with this voltage is broken. */
+static void test_the_voltage_that_changes_a_current_is_no_fault_where_the_current_follows(void) {
+  for (int row = 0; row < 2; ++row) {
+    node_bench_start();
+    enable(0, CST);
+    for (int ms = 0; ms < 60; ++ms) {
+      motor_stage *motor = &node.board.motor[0];
+      const float before_a = machine.axis[0].current_a;
+      SET(0x6071, 0, ms % 2 == 0 ? 100 : (uint16_t)-100);
+      const float now_a = machine.axis[0].current_a;
+      atomic_store(&motor->tick_voltage_v, atomic_load(&motor->tick_voltage_v) + 3e-3f * (now_a - before_a) / 1e-3f);
+      atomic_store(&motor->tick_current_a, row == 0 ? now_a : 0.0f);
+    }
+    TEST_ASSERT_EQUAL(row == 0 ? FAULT_NONE : FAULT_MOTOR_CONTRADICTS, node.axis[0].drive.fault);
+  }
+}
+
+/* Each axis once in 4 ms, 2 ms after the other one: both at once would take too much of the ms. Both are too fast for
+ * the reduced speed from the same ms on. */
+static void test_the_slow_monitors_of_the_axes_judge_in_turn(void) {
+  int found_ms[SERVO_AXES] = {0, 0};
+  for (int axis = 0; axis < SERVO_AXES; ++axis) {
+    enable(axis == 0 ? 0 : PITCH, PV);
+    SET(axis == 0 ? 0x60FF : 0x60FF + PITCH, 0, 500000);
+  }
+  SET(0x2062, 0, 1);
+  SET(0x2062 + PITCH, 0, 1);
+  for (int ms = 1; ms < 2000; ++ms) {
+    wait_ms(1);
+    for (int axis = 0; axis < SERVO_AXES; ++axis) {
+      const bool found = node.axis[axis].drive.fault == FAULT_REDUCED_SPEED;
+      found_ms[axis] = found && found_ms[axis] == 0 ? ms : found_ms[axis];
+    }
+  }
+  TEST_ASSERT_TRUE(found_ms[0] > 0 && found_ms[1] > 0);
+  TEST_ASSERT_EQUAL(2, (found_ms[1] - found_ms[0] + 2000) % 4);
+}
+
 /* --- values that change by themselves --- */
 
 /* ms until the axis has the fault, at most 60; 0: not found. */
@@ -743,12 +819,15 @@ int main(void) {
   RUN_TEST(test_a_following_error_while_the_axis_is_in_another_fault_is_reported);
   RUN_TEST(test_an_implausible_sample_is_reported_while_the_axis_is_in_another_fault);
   RUN_TEST(test_faults_of_one_code_are_each_reported_and_over_together);
+  RUN_TEST(test_gains_that_shake_an_axis_are_taken_back_reported_and_logged);
   RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
   RUN_TEST(test_what_the_board_reports_of_an_axis_is_its_fault);
   RUN_TEST(test_bus_off_stops_both_axes);
   RUN_TEST(test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forgotten_with_the_reset);
   RUN_TEST(test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares);
+  RUN_TEST(test_the_voltage_that_changes_a_current_is_no_fault_where_the_current_follows);
+  RUN_TEST(test_the_slow_monitors_of_the_axes_judge_in_turn);
   RUN_TEST(test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_loaded_again);
   RUN_TEST(test_a_bit_of_the_scales_stops_both_axes);
   RUN_TEST(test_a_bit_of_a_set_stops_the_axis_whose_set_it_is);

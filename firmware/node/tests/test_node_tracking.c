@@ -5,7 +5,8 @@
 
 enum { TRACKING = -1, PV = 3, FRAME_ID = 0x500 + NODE_ID };
 enum { FRAME = 0x3070, CAMERA = 0x3071, CAMERA_STATE = 0x3072, TAKEN = 1, MISSED, DROPPED, LAST_DROP, AZIMUTH_STATE };
-enum { AGE_IN_USE = 7, CLOCK, TIME_OF_EXPOSURE = 5, DELAY = 0x3073, DITHER_S = 4, DELAY_ERROR, HALF_WIDTH, CORRECTION };
+enum { AGE_IN_USE = 7, CLOCK, PICTURE, TIME_OF_EXPOSURE = 5 };
+enum { DELAY = 0x3073, DITHER_S = 4, DELAY_ERROR, HALF_WIDTH, CORRECTION };
 enum {
   STROBE = 0x3074,
   STROBE_TIME = 4,
@@ -20,7 +21,7 @@ enum {
   AGE_10US
 };
 enum { TARGET_RETURN = 0x3075, BACK_IN = 1, TURN_BACK, WRAP_STATE };
-enum { NOT_TRACKING, SEARCHING, ACQUIRING, ON_TARGET, COASTING, TARGET_LOST };
+enum { NOT_TRACKING, SEARCHING, ACQUIRING, ON_TARGET, COASTING, TARGET_LOST, STOPPED };
 enum { FRAME_MS = 20, AGE_MS = 30, HISTORY = 64 };
 
 #define TURN_RAD 6.283185307179586
@@ -36,6 +37,7 @@ static struct {
   unsigned ms;
   uint8_t counter;
   bool shown;
+  bool upside_down;             /* the camera */
   int misstated_ms;             /* added to the age */
   bool stamps;                  /* the sender states the node's clock at exposure */
   bool strobes;                 /* the camera shows its exposures, 500 us before their middle */
@@ -77,8 +79,9 @@ static uint16_t stated_time(void) {
 
 /* Image errors of the exposure: at small pitch angles those of the joints, times cos(pitch) for the azimuth. */
 static void send_frame(double azimuth_error_rad, double pitch_error_rad, double pitch_rad, bool found) {
-  const int16_t x = (int16_t)lround(1e6 * azimuth_error_rad * cos(pitch_rad));
-  const int16_t y = (int16_t)lround(1e6 * pitch_error_rad);
+  const double counts_per_rad = world.upside_down ? -1e6 : 1e6;
+  const int16_t x = (int16_t)lround(counts_per_rad * azimuth_error_rad * cos(pitch_rad));
+  const int16_t y = (int16_t)lround(counts_per_rad * pitch_error_rad);
   const uint16_t age = stated_time();
   give(FRAME_ID, 8,
        (const uint8_t[]){(uint8_t)x, (uint8_t)((uint16_t)x >> 8), (uint8_t)y, (uint8_t)((uint16_t)y >> 8), (uint8_t)age,
@@ -270,6 +273,88 @@ static void test_a_target_that_swings_is_not_on_target(void) {
   TEST_ASSERT_TRUE(wrong < 40);
 }
 
+/* Of 1003: the code, above it the detail and the source. */
+static uint32_t newest_error(void) { return get(0x1003, 1); }
+
+static unsigned state_of_picture(void) { return (unsigned)get(CAMERA_STATE, PICTURE) & 0xFF; }
+
+/* 1: the azimuth alone, 2: the pitch alone, 3: both. */
+static void track_with(unsigned axes) {
+  for (unsigned axis = 0; axis < 2; ++axis) {
+    if ((axes >> axis & 1u) != 0) {
+      enable(axis * PITCH, TRACKING);
+    }
+  }
+}
+
+/* Driven away from a target at 20 mrad, which asks for 0.4 rad/s: at 0.1 rad/s at most, until the picture is judged. */
+static void test_a_picture_upside_down_stops_the_axes_that_follow_it(void) {
+  for (unsigned axes = 1; axes <= 3; ++axes) {
+    setUp();
+    world.upside_down = true;
+    world.azimuth_rad = 20e-3;
+    world.pitch_rad = 20e-3;
+    track_with(axes);
+    double fastest_rad_s[] = {0.0, 0.0};
+    for (int ms = 0; ms < 1000; ++ms) {
+      follow_for(1);
+      for (int i = 0; i < 2; ++i) {
+        fastest_rad_s[i] = fmax(fastest_rad_s[i], fabs(machine.axis[i].rate_rad_s));
+      }
+    }
+    TEST_ASSERT_EQUAL_HEX32(CAMERA_PICTURE_WRONG << 16 | 0x7000, newest_error() & 0xFFFFFF);
+    TEST_ASSERT_EQUAL(PICTURE_WRONG_ROLL, state_of_picture());
+    CHECK_NEAR("roll, rad", 3.1416, fabs(1e-4 * (int16_t)get(CAMERA_STATE, PICTURE + 1)), 0.05);
+    for (unsigned i = 0; i < 2; ++i) {
+      const bool tracks = (axes >> i & 1u) != 0;
+      TEST_ASSERT_EQUAL(tracks ? STOPPED : NOT_TRACKING, get(CAMERA_STATE, (uint8_t)(AZIMUTH_STATE + i)) & 0xFF);
+      CHECK_NEAR("fastest, rad/s", tracks ? 0.075 : 0.0, fastest_rad_s[i], tracks ? 0.035 : 1e-4);
+      CHECK_NEAR("stands, rad/s", 0.0, machine.axis[i].rate_rad_s, 1e-4);
+    }
+  }
+}
+
+/* A target that stands shows nothing of the camera's orientation. */
+static void test_a_picture_is_right_after_1500_ms_on_the_target(void) {
+  for (unsigned axes = 1; axes <= 3; ++axes) {
+    setUp();
+    track_with(axes);
+    follow_for(1400);
+    TEST_ASSERT_EQUAL(PICTURE_NOT_JUDGED, state_of_picture());
+    follow_for(250);
+    TEST_ASSERT_EQUAL(PICTURE_RIGHT, state_of_picture());
+  }
+}
+
+/* Within 150 ms: what leads away from the target makes it vanish, too. */
+static void test_a_target_that_vanishes_before_its_picture_is_right_is_lost_sooner(void) {
+  for (unsigned axes = 1; axes <= 3; ++axes) {
+    setUp();
+    track_with(axes);
+    follow_for(500);
+    world.shown = false;
+    follow_for(AGE_MS + 100);
+    const uint8_t tracking = axes == 2 ? AZIMUTH_STATE + 1 : AZIMUTH_STATE;
+    TEST_ASSERT_EQUAL(COASTING, get(CAMERA_STATE, tracking) & 0xFF);
+    follow_for(80);
+    TEST_ASSERT_EQUAL(TARGET_LOST, get(CAMERA_STATE, tracking) & 0xFF);
+  }
+}
+
+/* 2011:5 is a gain: applied by 2070:1, and the azimuth's is that of the line of sight. */
+static void test_a_coasting_time_that_only_the_azimuth_has_got_counts_for_both(void) {
+  SET_FLOAT(0x2011, 5, 0.2f);
+  SET(0x2070, 1, 1);
+  track_with(3);
+  follow_for(3000);
+  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+  world.shown = false;
+  follow_for(AGE_MS + 100);
+  TEST_ASSERT_EQUAL(COASTING, state_of_tracking());
+  follow_for(200);
+  TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+}
+
 static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   world.rate_rad_s = 0.02;
   enable(0, TRACKING);
@@ -284,9 +369,6 @@ static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   follow_for(3000);
   CHECK_NEAR("alone, rad", world.azimuth_rad, joint_rad(0), 2e-6);
 }
-
-/* Of 1003: the code, above it the detail and the source. */
-static uint32_t newest_error(void) { return get(0x1003, 1); }
 
 /* The image processor sends its last picture again and again, with counters that advance. */
 static void send_frozen_for(unsigned duration_ms, int16_t counts) {
@@ -801,6 +883,10 @@ int main(void) {
   RUN_TEST(test_axes_that_move_with_the_target_do_not_pause_when_tracking_begins);
   RUN_TEST(test_a_fast_slew_before_leads_no_axis_astray);
   RUN_TEST(test_a_target_that_swings_is_not_on_target);
+  RUN_TEST(test_a_picture_upside_down_stops_the_axes_that_follow_it);
+  RUN_TEST(test_a_picture_is_right_after_1500_ms_on_the_target);
+  RUN_TEST(test_a_target_that_vanishes_before_its_picture_is_right_is_lost_sooner);
+  RUN_TEST(test_a_coasting_time_that_only_the_azimuth_has_got_counts_for_both);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_a_lost_target_is_left_for_where_the_mode_began);

@@ -485,6 +485,17 @@ static void test_a_reset_of_the_node_is_a_fresh_start(void) {
   CHECK_SAME("gain", 720.0, get_float(0x2000, 1));
 }
 
+/* It was stopping; now nothing is ordered, and without friction it turns on. */
+static void test_a_reset_of_the_node_ends_an_ordered_stop(void) {
+  turn_azimuth_at_0_2_rad_s();
+  command(0, 0x02);
+  wait_ms(20);
+  nmt(129);
+  wait_ms(3000);
+  CHECK_AT_LEAST("turns, rad/s", 0.15, machine.axis[0].rate_rad_s);
+  TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
+}
+
 static void test_a_queue_that_is_full_loses_frames_and_says_so(void) {
   const can_frame frame = {.id = 0x080, .length = 0};
   uint32_t taken = 0;
@@ -848,6 +859,7 @@ int main(void) {
   RUN_TEST(test_a_reset_of_the_communication_stops_an_axis_that_turns_and_no_other);
   RUN_TEST(test_a_fault_that_outlives_a_reset_of_the_communication_is_reported_again);
   RUN_TEST(test_a_reset_of_the_node_is_a_fresh_start);
+  RUN_TEST(test_a_reset_of_the_node_ends_an_ordered_stop);
   RUN_TEST(test_a_queue_that_is_full_loses_frames_and_says_so);
   RUN_TEST(test_no_limit_of_607f_leaves_the_machine_its_own);
   RUN_TEST(test_the_largest_values_of_all_objects_are_plausible);
