@@ -71,6 +71,18 @@ static void test_what_was_saved_last_is_found_after_any_number_of_saves(void) {
 }
 
 /* An LSS master waits 20 ms, and an erase takes 22. */
+/* It may be an entry whose programming was interrupted. Behind it the first save leaves a double word of zeros. */
+static void test_the_first_save_after_a_start_skips_the_next_blank_double_word(void) {
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
+  const uint32_t end = saved.newest_unit + 1;
+  const uint8_t *skipped = &model.bytes[end * HAL_FLASH_UNIT_BYTES];
+  restart();
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(6));
+  TEST_ASSERT_EACH_EQUAL_HEX8(0xFF, skipped, HAL_FLASH_UNIT_BYTES);
+  TEST_ASSERT_EACH_EQUAL_HEX8(0x00, skipped + HAL_FLASH_UNIT_BYTES, HAL_FLASH_UNIT_BYTES);
+  TEST_ASSERT_EQUAL(end + 2, saved.newest_unit);
+}
+
 static void test_a_save_never_waits_for_an_erase(void) {
   for (uint32_t n = 1; n < 100; ++n) {
     const uint32_t erases = model.erases[0] + model.erases[1];
@@ -378,6 +390,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_an_empty_flash_gives_the_defaults);
   RUN_TEST(test_what_was_saved_last_is_found_after_any_number_of_saves);
+  RUN_TEST(test_the_first_save_after_a_start_skips_the_next_blank_double_word);
   RUN_TEST(test_a_save_never_waits_for_an_erase);
   RUN_TEST(test_the_same_settings_are_not_written_again);
   RUN_TEST(test_the_defaults_are_written_when_they_are_requested);

@@ -153,6 +153,26 @@ static void test_sequence_numbers_end_long_after_the_flash(void) {
   TEST_ASSERT_TRUE(finds(&set));
 }
 
+/* Both sets are damaged in a row; the newer one lies in the second area. */
+static void test_without_a_good_set_the_next_number_is_far_above_all_that_can_be_read(void) {
+  row_set set;
+  fit_flash(256, 4);
+  for (uint32_t n = 0; n < 2; ++n) {
+    fill(&set, n, 5);
+    TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&set));
+    restart();
+  }
+  TEST_ASSERT_EQUAL(1, store.found[0].area);
+  model.bytes[2 * HAL_FLASH_UNIT_BYTES] ^= 1u;
+  model.bytes[4 * 256 + 2 * HAL_FLASH_UNIT_BYTES] ^= 1u;
+  restart();
+  TEST_ASSERT_EQUAL(0, store.count);
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&set));
+  restart();
+  TEST_ASSERT_TRUE(finds(&set));
+  TEST_ASSERT_EQUAL(2 + PARAMETER_STORE_DOUBT_STEP, store.found[0].sequence);
+}
+
 static void test_pages_wear_evenly(void) {
   row_set set;
   fit_flash(2048, 4);
@@ -478,6 +498,7 @@ int main(void) {
   RUN_TEST(test_a_second_save_waits_for_the_first);
   RUN_TEST(test_a_set_that_does_not_fit_is_refused);
   RUN_TEST(test_sequence_numbers_end_long_after_the_flash);
+  RUN_TEST(test_without_a_good_set_the_next_number_is_far_above_all_that_can_be_read);
   RUN_TEST(test_pages_wear_evenly);
   RUN_TEST(test_the_set_in_use_survives_a_newer_one_that_was_refused);
   RUN_TEST(test_a_set_that_was_not_found_is_not_in_use);
