@@ -137,6 +137,9 @@ static void test_both_axes_follow_the_target_of_the_frames(void) {
   TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
   CHECK_NEAR("60F4, 1e-7 rad", 0.0, (double)(int32_t)get(0x60F4, 0), 30.0);
   TEST_ASSERT_EQUAL_HEX32(0x1400, get(0x6041, 0) & 0x1400); /* target reached; follows */
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    CHECK_NEAR("for the search of oscillations, rad/s", 0.0, node.axis[i].monitor.swings.last_error_rad_s, 2e-3);
+  }
 }
 
 /* 6067 is 0.1 mrad and 6068 50 ms; the target jumps by 8 mrad, which the axis takes back at 20 mrad/s at most. */
@@ -314,10 +317,13 @@ static void test_a_picture_upside_down_stops_the_axes_that_follow_it(void) {
   }
 }
 
-/* A target that stands shows nothing of the camera's orientation. */
+/* A target that stands shows nothing of the camera's orientation. How far an axis is from it that does not track counts
+ * for nothing. */
 static void test_a_picture_is_right_after_1500_ms_on_the_target(void) {
   for (unsigned axes = 1; axes <= 3; ++axes) {
     setUp();
+    world.azimuth_rad = axes == 2 ? 20e-3 : 0.0;
+    world.pitch_rad = axes == 1 ? 20e-3 : 0.0;
     track_with(axes);
     follow_for(1400);
     TEST_ASSERT_EQUAL(PICTURE_NOT_JUDGED, state_of_picture());
@@ -341,18 +347,25 @@ static void test_a_target_that_vanishes_before_its_picture_is_right_is_lost_soon
   }
 }
 
-/* 2011:5 is a gain: applied by 2070:1, and the azimuth's is that of the line of sight. */
+/* 2011:5 is a gain: applied by 2070:1, and the azimuth's is that of the line of sight. The target vanishes 0.1 s after,
+ * or when, the pitch begins, too. */
 static void test_a_coasting_time_that_only_the_azimuth_has_got_counts_for_both(void) {
-  SET_FLOAT(0x2011, 5, 0.2f);
-  SET(0x2070, 1, 1);
-  track_with(3);
-  follow_for(3000);
-  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
-  world.shown = false;
-  follow_for(AGE_MS + 100);
-  TEST_ASSERT_EQUAL(COASTING, state_of_tracking());
-  follow_for(200);
-  TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+  for (unsigned together_ms = 0; together_ms <= 100; together_ms += 100) {
+    setUp();
+    SET_FLOAT(0x2011, 5, 0.2f);
+    SET(0x2070, 1, 1);
+    track_with(1);
+    follow_for(3000);
+    track_with(2);
+    follow_for(together_ms);
+    TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+    world.shown = false;
+    follow_for(140);
+    TEST_ASSERT_EQUAL(TRACKING_TOGETHER, node.tracking.phase);
+    TEST_ASSERT_EQUAL(COASTING, state_of_tracking());
+    follow_for(90);
+    TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+  }
 }
 
 static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
@@ -382,8 +395,17 @@ static void send_frozen_for(unsigned duration_ms, int16_t counts) {
 }
 
 /* 5 mrad: from 0.5 s on no frame counts; the pitch coasts for 2011:5, and stops after 0.13 rad in all. Taken for a
- * target it turned on for ever. */
+ * target it turned on for ever. The azimuth is at a quarter of a turn. */
 static void test_a_frozen_picture_stops_the_axis_that_it_drives(void) {
+  enable(0, PV);
+  SET(0x60FF, 0, 1000000);
+  while (joint_rad(0) < TURN_RAD / 4.0 - 0.5) {
+    wait_ms(1);
+  }
+  SET(0x60FF, 0, 0);
+  wait_ms(2000);
+  CHECK_NEAR("azimuth, rad", TURN_RAD / 4.0, joint_rad(0), 0.1);
+  world.azimuth_rad = joint_rad(0);
   enable(0, TRACKING);
   enable(PITCH, TRACKING);
   follow_for(2000);
@@ -764,6 +786,21 @@ static void test_the_strobe_gives_the_age_and_without_it_the_statement_counts(vo
   TEST_ASSERT_EQUAL(1, get(STROBE, FLOODS));
 }
 
+/* The edge comes in the same ms as its frame. */
+static void test_a_strobe_is_paired_with_a_frame_right_behind_it(void) {
+  SET(CAMERA, TIME_OF_EXPOSURE, 2);
+  SET(STROBE, 1, 0);
+  SET(STROBE, 2, 200);
+  SET(STROBE, 3, 0);
+  for (int frame = 0; frame < 20; ++frame) {
+    machine.strobes = (hal_strobes){.count = 1, .at_us = {machine.clock_us - 100u}};
+    send_frame(0.0, 0.0, 0.0, true);
+    wait_ms(FRAME_MS);
+  }
+  TEST_ASSERT_TRUE(get(STROBE, PAIRED) >= 15);
+  TEST_ASSERT_EQUAL(2, get(STROBE, IN_USE) & 0xFF);
+}
+
 /* 20 urad at 9 Hz. */
 static void test_the_dither_of_the_elevation_shows_the_delay(void) {
   SET_FLOAT(DELAY, 2, 2e-5f);
@@ -908,6 +945,7 @@ int main(void) {
   RUN_TEST(test_the_pitch_follows_alone);
   RUN_TEST(test_a_stamp_of_the_nodes_clock_gives_the_age);
   RUN_TEST(test_the_strobe_gives_the_age_and_without_it_the_statement_counts);
+  RUN_TEST(test_a_strobe_is_paired_with_a_frame_right_behind_it);
   RUN_TEST(test_the_dither_of_the_elevation_shows_the_delay);
   RUN_TEST(test_settings_of_the_camera_are_kept_in_range_and_stored);
   return UNITY_END();

@@ -482,6 +482,7 @@ static void test_a_reset_of_the_node_is_a_fresh_start(void) {
   TEST_ASSERT_EQUAL(0, boot_up->data[0]);
   TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
   TEST_ASSERT_EQUAL(1, get(0x3000, 3));
+  TEST_ASSERT_EQUAL(0, get(0x2070, 1) & 0xFF);
   CHECK_SAME("gain", 720.0, get_float(0x2000, 1));
 }
 
@@ -683,6 +684,8 @@ static void test_gains_that_do_not_fit_together_are_refused_with_the_reason(void
   SET_FLOAT(0x2030 + PITCH, 7, 2.0f * breakaway_nm); /* Coulomb above break-away */
   TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x2070 + PITCH, 1, 1));
   TEST_ASSERT_EQUAL(CONTROL_INCONSISTENT, get(0x2070 + PITCH, 3));
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2030 + PITCH, 8), get(0x2070 + PITCH, 6));
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2030 + PITCH, 7), get(0x2070 + PITCH, 9));
   TEST_ASSERT_EQUAL_MEMORY(&before, &node.board.app.params.axis[1], sizeof before);
   SET(0x2070 + PITCH, 1, 2);
   SET_FLOAT(0x2040 + PITCH, 1, 100.0f); /* a notch as wide as the sampling rate */
