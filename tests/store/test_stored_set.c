@@ -124,6 +124,21 @@ static void test_what_is_stored_is_there_after_a_loss_of_power(void) {
   TEST_ASSERT_FALSE(lost_parameters_are_reported());
 }
 
+static void test_a_change_of_one_value_alone_is_stored(void) {
+  static const struct {
+    uint16_t index;
+    uint8_t sub;
+    uint32_t value;
+  } changes[] = {{0x3071, 6, 50}, {0x3071, 7, 1}, {0x1017, 0, 77}, {0x607F, 0, 123456}, {0x687F, 0, 123457}};
+  for (uint32_t i = 0; i < sizeof changes / sizeof changes[0]; ++i) {
+    TEST_ASSERT_EQUAL(OD_OK, set(changes[i].index, changes[i].sub, changes[i].value));
+    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+    restart();
+    TEST_ASSERT_EQUAL(changes[i].value, get(changes[i].index, changes[i].sub));
+    TEST_ASSERT_EQUAL(i + 1, get(0x3031, 2));
+  }
+}
+
 static void test_an_unchanged_set_is_not_written_again(void) {
   change_one_of_each(7);
   for (uint8_t group = 1; group <= 3; ++group) {
@@ -685,6 +700,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_without_a_persisted_set_the_defaults_are_in_force);
   RUN_TEST(test_what_is_stored_is_there_after_a_loss_of_power);
+  RUN_TEST(test_a_change_of_one_value_alone_is_stored);
   RUN_TEST(test_an_unchanged_set_is_not_written_again);
   RUN_TEST(test_defaults_that_are_in_force_already_are_not_written);
   RUN_TEST(test_the_gains_in_force_are_those_that_were_stored);

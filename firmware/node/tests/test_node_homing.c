@@ -139,6 +139,20 @@ static void test_a_jam_on_both_sides_is_an_error(void) {
   CHECK_AT_MOST("Nm", 10.0, fabs((double)node.board.app.axis[0].commanded_nm)); /* it does not press on */
 }
 
+/* 0.25 s do. */
+static void test_a_contact_of_0_15_s_turns_nothing_round(void) {
+  start_at(100.0);
+  home(-1);
+  turn_ms(2000);
+  const double free_turns = low_turns;
+  low_turns = machine.axis[0].turns;
+  turn_ms(150);
+  CHECK_NEAR("limited, Nm", -40.0, node.board.app.axis[0].commanded_nm, 1.0);
+  low_turns = free_turns;
+  turn_ms(1000);
+  CHECK_NEAR("goes on, rad/s", -0.034907, machine.axis[0].rate_rad_s, 1e-3);
+}
+
 /* The path back from an end stop is fast: there a contact is a fault. */
 static void test_a_contact_at_4_deg_s_is_a_fault(void) {
   jam_around(150.0, 5.0);
@@ -222,6 +236,7 @@ int main(void) {
   RUN_TEST(test_motion_excludes_the_other_turn);
   RUN_TEST(test_at_an_end_stop_it_turns_round);
   RUN_TEST(test_a_jam_on_both_sides_is_an_error);
+  RUN_TEST(test_a_contact_of_0_15_s_turns_nothing_round);
   RUN_TEST(test_a_contact_at_4_deg_s_is_a_fault);
   RUN_TEST(test_bit_4_halt_and_a_fault_interrupt_it);
   RUN_TEST(test_where_the_operator_saw_the_axis_is_confirmed);

@@ -383,6 +383,22 @@ static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   CHECK_NEAR("alone, rad", world.azimuth_rad, joint_rad(0), 2e-6);
 }
 
+/* The target vanishes when one axis leaves: the other one coasts for its 2011:5 from the last frame on. */
+static void test_an_axis_that_is_left_alone_coasts_as_long_as_before(void) {
+  for (unsigned stays = 0; stays < 2; ++stays) {
+    setUp();
+    track_with(3);
+    follow_for(3000);
+    world.shown = false;
+    SET(0x6060 + (stays == 0 ? PITCH : 0), 0, PV);
+    follow_for(400);
+    TEST_ASSERT_EQUAL(TRACKING_APART, node.tracking.phase);
+    TEST_ASSERT_EQUAL(COASTING, get(CAMERA_STATE, (uint8_t)(AZIMUTH_STATE + stays)) & 0xFF);
+    follow_for(150);
+    TEST_ASSERT_EQUAL(TARGET_LOST, get(CAMERA_STATE, (uint8_t)(AZIMUTH_STATE + stays)) & 0xFF);
+  }
+}
+
 /* The image processor sends its last picture again and again, with counters that advance. */
 static void send_frozen_for(unsigned duration_ms, int16_t counts) {
   for (unsigned i = 0; i < duration_ms; ++i) {
@@ -925,6 +941,7 @@ int main(void) {
   RUN_TEST(test_a_target_that_vanishes_before_its_picture_is_right_is_lost_sooner);
   RUN_TEST(test_a_coasting_time_that_only_the_azimuth_has_got_counts_for_both);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
+  RUN_TEST(test_an_axis_that_is_left_alone_coasts_as_long_as_before);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_a_lost_target_is_left_for_where_the_mode_began);
   RUN_TEST(test_a_frozen_picture_stops_the_axis_that_it_drives);
