@@ -210,6 +210,22 @@ static void test_a_group_whose_save_failed_is_not_stored_with_another_group(void
   TEST_ASSERT_EQUAL_FLOAT(550.0f, kp_of(0));
 }
 
+/* The client of group 3 has given up, and the next one comes in the ms in which its save fails. */
+static void test_a_failure_that_nobody_fetched_answers_no_other_group(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 3, SAVE));
+  model.operations_left = 0;
+  while (!model.off) {
+    tick();
+    servo_node_background(&node);
+  }
+  model.off = false;
+  model.operations_left = -1;
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 2, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL(57, get(0x1017, 0));
+}
+
 static void test_pdo_mappings_are_stored(void) {
   TEST_ASSERT_EQUAL(OD_OK, set(0x1803, 1, 0x80000480 + NODE_ID));
   TEST_ASSERT_EQUAL(OD_OK, set(0x1A03, 0, 0));
@@ -706,6 +722,7 @@ int main(void) {
   RUN_TEST(test_the_gains_in_force_are_those_that_were_stored);
   RUN_TEST(test_one_group_is_stored_without_the_other);
   RUN_TEST(test_a_group_whose_save_failed_is_not_stored_with_another_group);
+  RUN_TEST(test_a_failure_that_nobody_fetched_answers_no_other_group);
   RUN_TEST(test_pdo_mappings_are_stored);
   RUN_TEST(test_tpdo8_is_stored);
   RUN_TEST(test_load_brings_the_defaults_back_at_the_next_start);

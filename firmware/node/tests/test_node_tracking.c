@@ -368,6 +368,22 @@ static void test_a_coasting_time_that_only_the_azimuth_has_got_counts_for_both(v
   }
 }
 
+/* 2011:1 = 0 of either axis: each follows by itself. */
+static void test_axes_track_together_only_with_the_predictive_loop_of_both(void) {
+  for (unsigned axis = 0; axis < 2; ++axis) {
+    setUp();
+    SET(0x2011 + axis * PITCH, 1, 0);
+    SET(0x2070 + axis * PITCH, 1, 1);
+    world.azimuth_rad = 2e-3;
+    world.pitch_rad = 2e-3;
+    track_with(3);
+    follow_for(5000);
+    TEST_ASSERT_EQUAL(TRACKING_APART, node.tracking.phase);
+    CHECK_NEAR("azimuth, rad", world.azimuth_rad, joint_rad(0), 1e-4);
+    CHECK_NEAR("pitch, rad", world.pitch_rad, joint_rad(1), 1e-4);
+  }
+}
+
 static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   world.rate_rad_s = 0.02;
   enable(0, TRACKING);
@@ -940,6 +956,7 @@ int main(void) {
   RUN_TEST(test_a_picture_is_right_after_1500_ms_on_the_target);
   RUN_TEST(test_a_target_that_vanishes_before_its_picture_is_right_is_lost_sooner);
   RUN_TEST(test_a_coasting_time_that_only_the_azimuth_has_got_counts_for_both);
+  RUN_TEST(test_axes_track_together_only_with_the_predictive_loop_of_both);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
   RUN_TEST(test_an_axis_that_is_left_alone_coasts_as_long_as_before);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
