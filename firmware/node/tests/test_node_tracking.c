@@ -862,6 +862,10 @@ static void test_the_dither_of_the_elevation_shows_the_delay(void) {
   SET(0x6060, 0, PV);
   follow_for(10);
   TEST_ASSERT_EQUAL(0, get(DELAY, DITHER_S) & 0xFF); /* both axes must track */
+  TEST_ASSERT_INT_WITHIN(1, -6, (int8_t)get(DELAY, CORRECTION));
+  SET(CAMERA, 8, 600); /* the delay is stated now: what was measured is wrong */
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(0, get(DELAY, CORRECTION) & 0xFF);
 }
 
 static void test_settings_of_the_camera_are_kept_in_range_and_stored(void) {

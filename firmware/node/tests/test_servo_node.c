@@ -74,6 +74,18 @@ static void test_the_bridge_pushes_only_where_an_axis_is_on(void) {
   CHECK_SAME("duty, off again", 0.0, machine.axis[0].duty);
 }
 
+static void test_the_brake_opens_where_an_axis_is_on(void) {
+  for (int axis = 0; axis < SERVO_AXES; ++axis) {
+    const uint32_t shift = axis == 0 ? 0 : PITCH;
+    enable(shift, PV);
+    TEST_ASSERT_TRUE(machine.axis[axis].brake_coil_on);
+    TEST_ASSERT_FALSE(machine.axis[1 - axis].brake_coil_on);
+    command(shift, 0);
+    wait_ms(500);
+    TEST_ASSERT_FALSE(machine.axis[axis].brake_coil_on);
+  }
+}
+
 static void test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going(void) {
   SET(0x60C2, 1, 10);
   enable(0, CSV);
@@ -837,6 +849,7 @@ int main(void) {
   RUN_TEST(test_every_row_of_the_dictionary_keeps_the_rules);
   RUN_TEST(test_pdos_alone_enable_an_axis_and_turn_it);
   RUN_TEST(test_the_bridge_pushes_only_where_an_axis_is_on);
+  RUN_TEST(test_the_brake_opens_where_an_axis_is_on);
   RUN_TEST(test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going);
   RUN_TEST(test_a_stop_in_rpdo1_is_obeyed_whatever_mode_it_carries);
   RUN_TEST(test_a_period_that_the_drive_cannot_have_is_refused_and_no_other);

@@ -120,6 +120,9 @@ static void test_a_second_save_waits_for_the_first(void) {
   TEST_ASSERT_TRUE(parameter_store_begin(&store, set.hash, set.rows, set.count));
   TEST_ASSERT_FALSE(parameter_store_begin(&store, set.hash, set.rows, set.count));
   TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, run_save());
+  const uint32_t operations = model.operations;
+  parameter_store_step(&store); /* nothing is left to do */
+  TEST_ASSERT_EQUAL(operations, model.operations);
 }
 
 static void test_a_set_that_does_not_fit_is_refused(void) {
