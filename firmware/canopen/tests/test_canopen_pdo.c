@@ -618,6 +618,23 @@ static void test_each_of_the_eight_tpdos_can_answer_a_sync(void) {
   }
 }
 
+/* Eight TPDOs that are sent once, when they start. */
+static void test_each_of_the_eight_tpdos_starts_anew_with_another_bit_rate(void) {
+  for (uint16_t n = 0; n < TPDO_COUNT; n++) {
+    map_u8(n, 255, 0);
+  }
+  bench_operational();
+  bench_wait_ms(5);
+  bench.sent = 0;
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(0, bench.sent);
+  canopen_node_set_bit_rate(&DEVICE->node, 500);
+  bench_wait_ms(20);
+  for (uint16_t n = 0; n < TPDO_COUNT; n++) {
+    TEST_ASSERT_EQUAL(1, bench_count(tpdo_identifier(n)));
+  }
+}
+
 /* The RPDO skips one byte before the controlword, and two between controlword and mode. */
 static void test_a_stop_is_obeyed_beside_bytes_that_are_skipped(void) {
   static const uint32_t objects[] = {0x00050008, 0x60400010, 0x00060010, 0x60600008};
@@ -830,6 +847,7 @@ int main(void) {
   RUN_TEST(test_tpdos_after_the_last_one_that_is_on_take_no_time);
   RUN_TEST(test_a_synchronous_tpdo8_makes_sync_a_sign_of_the_master);
   RUN_TEST(test_each_of_the_eight_tpdos_can_answer_a_sync);
+  RUN_TEST(test_each_of_the_eight_tpdos_starts_anew_with_another_bit_rate);
   RUN_TEST(test_a_stop_is_obeyed_beside_bytes_that_are_skipped);
   RUN_TEST(test_syncs_of_one_ms_are_answered_one_by_one);
   RUN_TEST(test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational);

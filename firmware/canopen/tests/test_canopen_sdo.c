@@ -698,6 +698,25 @@ static void test_each_segment_of_a_download_is_confirmed_with_its_toggle(void) {
   }
 }
 
+/* 40,000 bytes fit, and the client has not said how many it sends: 5714 segments of 7 bytes are taken, the next one is
+ * more than the owner of the stream takes. */
+static void test_a_download_of_unknown_size_is_refused_at_the_segment_that_its_owner_refuses(void) {
+  const uint8_t start[8] = {0x20, 0x01, 0x2F, 0};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+  for (uint32_t n = 0; n < 5714; n++) {
+    const uint8_t segment[8] = {n % 2 == 0 ? 0x00 : 0x10};
+    bench_sdo(segment, answer);
+    TEST_ASSERT_EQUAL_HEX8(0x20 | segment[0], answer[0]);
+  }
+  const uint8_t too_much[8] = {0x00};
+  bench_sdo(too_much, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
+  TEST_ASSERT_EQUAL(0, bench.device.stream_size);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
 static void test_a_second_clients_block_download_waits_like_any_other_transfer(void) {
   const uint8_t by_block[8] = {0xC6, 0x01, 0x2F, 0, 100};
   uint8_t answer[8];
@@ -886,6 +905,7 @@ int main(void) {
   RUN_TEST(test_a_command_is_executed_once_after_it_was_accepted);
   RUN_TEST(test_a_command_that_fails_gives_its_abort_code_and_stores_nothing);
   RUN_TEST(test_each_segment_of_a_download_is_confirmed_with_its_toggle);
+  RUN_TEST(test_a_download_of_unknown_size_is_refused_at_the_segment_that_its_owner_refuses);
   RUN_TEST(test_a_second_clients_block_download_waits_like_any_other_transfer);
   RUN_TEST(test_a_client_that_waits_is_refused_when_the_other_aborts);
   RUN_TEST(test_an_answer_under_way_becomes_an_abort_when_another_client_aborts);

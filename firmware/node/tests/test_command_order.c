@@ -159,6 +159,23 @@ static void test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms(void) 
   TEST_ASSERT_EQUAL_HEX32(STATE_OFF, state_of(0));
 }
 
+/* 34 commands within one tick: the second one finds the queue of 64 more than half full, and is dropped. In the
+ * second round the controller has lost one frame in the same tick. */
+static void test_a_dropped_command_and_a_lost_frame_in_one_tick_are_an_overrun(void) {
+  for (uint32_t lost = 0; lost <= 1; ++lost) {
+    turn_with_quick_stop_option(2);
+    sent_count = 0;
+    for (int i = 0; i < 34; ++i) {
+      give(RPDO1, 3, (const uint8_t[]){i % 2 == 0 ? 0x1F : 0x0F, 0, PV});
+    }
+    canopen_node_lost_frames(&node.canopen, lost);
+    wait_ms(2);
+    const can_frame *reported = last_sent(EMCY);
+    TEST_ASSERT_NOT_NULL(reported);
+    TEST_ASSERT_EQUAL_HEX16(0x8110, reported->data[0] | reported->data[1] << 8);
+  }
+}
+
 static void give_in_one_tick(const uint16_t *row, uint32_t count) {
   for (uint32_t i = 0; i < count && row[i] != NONE; ++i) {
     if ((row[i] & NMT) != 0) {
@@ -269,6 +286,7 @@ int main(void) {
   RUN_TEST(test_a_stop_by_sdo_is_not_undone_by_an_rpdo);
   RUN_TEST(test_a_controlword_by_sdo_does_not_overtake_one_by_pdo);
   RUN_TEST(test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms);
+  RUN_TEST(test_a_dropped_command_and_a_lost_frame_in_one_tick_are_an_overrun);
   RUN_TEST(test_an_edge_of_bit_7_within_one_tick_resets_the_fault);
   RUN_TEST(test_nmt_commands_and_controlwords_of_one_tick_count_in_their_order);
   RUN_TEST(test_a_stop_that_waits_for_sync_survives_a_change_of_the_nmt_state);
