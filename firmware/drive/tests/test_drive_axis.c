@@ -785,6 +785,28 @@ static void test_csp_does_not_move_before_its_first_set_point_whatever_607a_was(
   ticks(&b, 200);
   TEST_ASSERT_EQUAL_INT32(2500000, b.o.position.actual);
   TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED)); /* it has none */
+}
+
+/* One frame carries the mode and its first set-point, 1 mrad ahead of an axis that moves. */
+static void test_csp_holds_a_position_from_the_tick_in_which_it_is_entered(void) {
+  static const int8_t modes_before[] = {DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_VELOCITY, DRIVE_CYCLIC_TORQUE};
+  for (unsigned i = 0; i < sizeof modes_before / sizeof modes_before[0]; ++i) {
+    bench b = bench_in(modes_before[i]);
+    b.o.velocity.target = 100000;
+    b.o.torque.target = 100;
+    for (int ms = 0; ms < 500; ++ms) {
+      b.in.setpoint_arrived = true;
+      tick(&b);
+    }
+    TEST_ASSERT_NOT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+    b.o.state.mode = DRIVE_CYCLIC_POSITION;
+    b.o.position.target = b.o.position.actual + 10000;
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+    CHECK_AT_MOST("jump of the position, rad", 1e-6, b.worst_jump_rad);
+  }
 }
 
 static void test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d(void) {
@@ -1355,6 +1377,7 @@ int main(void) {
   RUN_TEST(test_set_points_that_stop_are_held_and_then_the_axis_ramps_down);
   RUN_TEST(test_csp_follows_a_parabola_one_period_late_with_position_and_rate);
   RUN_TEST(test_csp_does_not_move_before_its_first_set_point_whatever_607a_was);
+  RUN_TEST(test_csp_holds_a_position_from_the_tick_in_which_it_is_entered);
   RUN_TEST(test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d);
   RUN_TEST(test_csp_brakes_before_the_limit_when_its_set_points_do_not);
   RUN_TEST(test_csp_reports_a_rate_offset_beyond_607f_as_limited);

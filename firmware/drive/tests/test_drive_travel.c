@@ -133,15 +133,18 @@ static void test_a_stop_that_would_lead_out_brakes_as_hard_as_it_must(void) {
     double room_rad, rate_rad_s, deceleration_rad_s2; /* 0: unchanged */
   } cases[] = {{1.9, 1.0, 0.0}, {0.5, 1.0, 1.0},  {0.5, -1.0, 0.0}, {0.2, 1.0, 2.5},
                {0.1, 1.0, 3.1}, {-0.1, 1.0, 3.1}, {0.0, 0.0, 0.0},  {1e-3, 1e-3, 0.0}};
-  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+  for (unsigned k = 0; k < 2 * sizeof cases / sizeof cases[0]; ++k) {
+    const unsigned i = k / 2;
+    const double side = k % 2 == 0 ? 1.0 : -1.0; /* each case at both ends */
     profile_limits stop = gentle;
-    const profile_ramp ramp = {.rate_rad_s = (float)cases[i].rate_rad_s};
-    const drive_angle at = drive_angle_from_position((int32_t)(19950000.0 - 1e7 * cases[i].room_rad));
+    const profile_ramp ramp = {.rate_rad_s = (float)(side * cases[i].rate_rad_s)};
+    const double end = side > 0.0 ? 19950000.0 : -9950000.0;
+    const drive_angle at = drive_angle_from_position((int32_t)(end - side * 1e7 * cases[i].room_rad));
     const bool changed = drive_stop_within(&b, &stop, &ramp, at);
     TEST_ASSERT_EQUAL_MESSAGE(cases[i].deceleration_rad_s2 != 0.0, changed, "case");
     CHECK_NEAR("rad/s^2", changed ? cases[i].deceleration_rad_s2 : 0.5, stop.deceleration_rad_s2, 0.01);
     if (changed && cases[i].room_rad >= 0.2) {
-      CHECK_AT_MOST("travel, rad", cases[i].room_rad + 2e-3, profile_stop_travel_rad(&ramp, &stop));
+      CHECK_AT_MOST("travel, rad", cases[i].room_rad + 2e-3, side * (double)profile_stop_travel_rad(&ramp, &stop));
     }
   }
 }

@@ -173,6 +173,7 @@ static void test_absolute_set_points_go_the_way_of_60f2(void) {
   } cases[] = {{30.0, -30.0, SETPOINT_STRAIGHT, -60.0}, {30.0, -30.0, SETPOINT_SHORTER, 4.0},
                {30.0, -30.0, SETPOINT_UP, 4.0},         {30.0, -30.0, SETPOINT_DOWN, -60.0},
                {10.0, 11.0, SETPOINT_UP, 1.0},          {10.0, 11.0, SETPOINT_DOWN, -63.0},
+               {10.0, 9.0, SETPOINT_UP, 63.0},          {10.0, 9.0, SETPOINT_DOWN, -1.0},
                {10.0, 10.0, SETPOINT_UP, 0.0},          {10.0, 10.0, SETPOINT_DOWN, 0.0},
                {1000.0, -23.0, SETPOINT_STRAIGHT, 1.0}, {-1000.0, 25.0, SETPOINT_STRAIGHT, 1.0},
                {31.0, 33.0, SETPOINT_STRAIGHT, -62.0},  {31.0, 33.0, SETPOINT_SHORTER, 2.0},
