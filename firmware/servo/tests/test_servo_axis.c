@@ -132,6 +132,17 @@ static void test_position_mode_passes_the_acceleration_on(void) {
   CHECK_NEAR("torque of the acceleration, Nm", 2.0, b.axis.signals.torque.acceleration_nm, 1e-6);
 }
 
+/* The pitch has moved, and the azimuth has less inertia there; the gyro's share is the same. */
+static void test_a_pose_with_three_quarters_of_the_inertia_gets_three_quarters_of_the_torque(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.acceleration_rad_s2 = 0.1f}};
+  tick(&b);
+  CHECK_NEAR("torque of the acceleration, Nm", 2.0, b.axis.signals.torque.acceleration_nm, 1e-6);
+  b.axis.pose.inertia_share = 0.75f;
+  tick(&b);
+  CHECK_NEAR("torque of the acceleration, Nm", 1.5, b.axis.signals.torque.acceleration_nm, 1e-6);
+}
+
 static void test_a_loop_that_is_closed_again_knows_nothing_of_before(void) {
   bench used = bench_at_rest();
   used.load_nm = 20.0;
@@ -398,6 +409,7 @@ int main(void) {
   RUN_TEST(test_speed_and_position_loops_keep_the_torque_limits_from_outside);
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
+  RUN_TEST(test_a_pose_with_three_quarters_of_the_inertia_gets_three_quarters_of_the_torque);
   RUN_TEST(test_a_loop_that_is_closed_again_knows_nothing_of_before);
   RUN_TEST(test_closing_the_loop_on_a_turning_axis_gives_no_kick);
   RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested);
