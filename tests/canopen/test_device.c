@@ -154,6 +154,9 @@ static od_abort stream_begin(void *owner, const od_object *object, bool writing,
 static od_abort stream_read(void *owner, const od_object *object, uint32_t offset, uint8_t *bytes, uint32_t length) {
   const test_device *device = owner;
   (void)object;
+  if (device->stream_broken) {
+    return OD_HARDWARE;
+  }
   memcpy(bytes, &device->stream[offset], length);
   return OD_OK;
 }
@@ -233,6 +236,7 @@ bool test_device_init(test_device *device, uint8_t node_id, can_sender sender) {
   device->saves = 0;
   device->loads = 0;
   device->store_broken = false;
+  device->stream_broken = false;
   device->heartbeats_lost = 0;
   device->resets = 0;
   device->streams_open = 0;

@@ -54,6 +54,7 @@ typedef struct {
   uint32_t saves;
   uint32_t loads;
   bool store_broken;
+  bool stream_broken; /* no byte of it can be read */
   uint32_t heartbeats_lost;
   uint32_t resets;
   uint32_t streams_open;

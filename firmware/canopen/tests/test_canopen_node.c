@@ -249,11 +249,13 @@ static void test_missing_sync_is_reported_after_one_and_a_half_periods(void) {
     bench_wait_ms(10);
   }
   TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
-  bench_wait_ms(7);
-  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
-  bench_give(0x80, 0, NULL);
-  bench_wait_ms(1);
-  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
+  for (int round = 0; round < 3; round++) {
+    bench_wait_ms(16);
+    TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
+    bench_give(0x80, 0, NULL);
+    bench_wait_ms(1);
+    TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
+  }
 }
 
 static bool clock_is_off(void) { return emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_CLOCK); }

@@ -33,6 +33,9 @@ static void test_synchronous_rpdo_waits_for_sync(void) {
   bench_wait_ms(1);
   TEST_ASSERT_EQUAL(10000, DEVICE->axis[0].target_velocity);
   TEST_ASSERT_EQUAL(20000, DEVICE->axis[1].target_velocity);
+  DEVICE->axis[0].target_velocity = 0;
+  TEST_ASSERT_EQUAL(RPDO_IGNORED, rpdo_sync(&DEVICE->node.rpdos[1])); /* no frame waits */
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].target_velocity);
 }
 
 static void test_one_value_out_of_range_refuses_the_whole_frame(void) {
@@ -691,6 +694,21 @@ static void test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational(
   }
 }
 
+/* The node leaves operational behind the SYNC in the same ms, and is started again. */
+static void test_a_sync_that_came_before_a_stop_is_not_answered_after_the_next_start(void) {
+  static const uint8_t commands[] = {2, 128};
+  for (uint32_t i = 0; i < sizeof commands; i++) {
+    bench_operational();
+    bench_wait_ms(5);
+    bench.sent = 0;
+    bench_give(SYNC, 0, NULL);
+    bench_nmt(commands[i], BENCH_NODE);
+    bench_operational();
+    bench_wait_ms(5);
+    TEST_ASSERT_EQUAL(0, bench_count(TPDO2));
+  }
+}
+
 /* Without a counter, SYNC carries no start value: the first one counts. */
 static void test_a_start_value_is_ignored_by_a_sync_without_counter(void) {
   start_tpdo2_at_counter_4();
@@ -783,6 +801,28 @@ static void test_each_silence_of_an_rpdo_is_reported_once(void) {
   }
 }
 
+static uint32_t late_rpdos; /* bit n: RPDO n + 1 */
+
+static void note_late(void *context, uint32_t n) {
+  (void)context;
+  late_rpdos |= 1u << n;
+}
+
+static void test_two_rpdos_that_fall_silent_together_are_late_in_the_same_ms(void) {
+  const uint8_t bytes[8] = {0x06, 0x00, 9};
+  late_rpdos = 0;
+  DEVICE->node.config.events.rpdo_late = note_late;
+  write_ok(0x1400, 5, 20, 2);
+  write_ok(0x1401, 5, 20, 2);
+  bench_operational();
+  bench_give(RPDO1, 3, bytes);
+  bench_give(RPDO2, 8, bytes);
+  bench_wait_ms(19);
+  TEST_ASSERT_EQUAL_HEX32(0, late_rpdos);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX32(3, late_rpdos);
+}
+
 /* Into a map that held another mapping. */
 static void test_a_mapping_that_is_refused_leaves_none(void) {
   static const struct {
@@ -851,11 +891,13 @@ int main(void) {
   RUN_TEST(test_a_stop_is_obeyed_beside_bytes_that_are_skipped);
   RUN_TEST(test_syncs_of_one_ms_are_answered_one_by_one);
   RUN_TEST(test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational);
+  RUN_TEST(test_a_sync_that_came_before_a_stop_is_not_answered_after_the_next_start);
   RUN_TEST(test_a_start_value_is_ignored_by_a_sync_without_counter);
   RUN_TEST(test_a_full_bus_delays_a_synchronous_tpdo_with_the_values_of_its_sync);
   RUN_TEST(test_the_inhibit_time_of_a_tpdo_is_never_shorter_than_set);
   RUN_TEST(test_the_event_timer_counts_from_the_last_frame);
   RUN_TEST(test_each_silence_of_an_rpdo_is_reported_once);
+  RUN_TEST(test_two_rpdos_that_fall_silent_together_are_late_in_the_same_ms);
   RUN_TEST(test_a_mapping_that_is_refused_leaves_none);
   return UNITY_END();
 }

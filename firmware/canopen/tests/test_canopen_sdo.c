@@ -789,6 +789,51 @@ static void test_a_block_download_after_an_abandoned_one_starts_empty(void) {
   TEST_ASSERT_EQUAL_MEMORY(pattern, bench.device.stream, 50);
 }
 
+/* In the first request and in a confirmation. */
+static void test_blocks_of_no_segment_and_of_more_than_127_are_refused(void) {
+  static const uint8_t sizes[] = {0, 128, 255};
+  const uint8_t good[8] = {0xA4, 0x02, 0x2F, 0, 4};
+  const uint8_t go[8] = {0xA3};
+  bench.device.stream_size = 280;
+  for (uint32_t i = 0; i < sizeof sizes; i++) {
+    const uint8_t start[8] = {0xA4, 0x02, 0x2F, 0, sizes[i]};
+    const uint8_t confirmation[8] = {0xA2, 4, sizes[i]};
+    uint8_t answer[8];
+    bench_sdo(start, answer);
+    TEST_ASSERT_EQUAL_HEX32(0x05040002, abort_of(answer));
+    TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+    bench_wait_ms(SDO_QUIET_MS);
+    bench_sdo(good, answer);
+    TEST_ASSERT_EQUAL_HEX8(0xC6, answer[0]);
+    bench_sdo(go, answer);
+    bench_wait_ms(20);
+    bench_sdo(confirmation, answer);
+    TEST_ASSERT_EQUAL_HEX32(0x05040002, abort_of(answer));
+    TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+    bench_wait_ms(SDO_QUIET_MS);
+  }
+}
+
+/* The only segment of a capture cannot be read: the client gets one abort, and the next one its answer at once. */
+static void test_a_block_upload_whose_stream_fails_ends_with_its_abort_code(void) {
+  const uint8_t start[8] = {0xA4, 0x02, 0x2F, 0, 4};
+  const uint8_t go[8] = {0xA3};
+  const uint8_t text[8] = {0x40, 0x00, 0x2F, 10};
+  uint8_t answer[8];
+  bench.device.stream_size = 7;
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0xC6, answer[0]);
+  bench.device.stream_broken = true;
+  bench.sent = 0;
+  bench_give(0x605, 8, go);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(1, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX32(0x06060000, abort_of(bench_last(0x585)->data));
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+  bench_sdo(text, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
+}
+
 static void test_parts_of_a_block_upload_that_is_not_under_way_are_refused(void) {
   static const uint8_t parts[] = {0xA1, 0xA2, 0xA3};
   for (uint32_t i = 0; i < sizeof parts; i++) {
@@ -912,6 +957,8 @@ int main(void) {
   RUN_TEST(test_the_abort_of_another_client_ends_the_transfer_and_its_stream);
   RUN_TEST(test_a_silent_client_of_the_second_channel_is_timed_out_too);
   RUN_TEST(test_a_block_download_after_an_abandoned_one_starts_empty);
+  RUN_TEST(test_blocks_of_no_segment_and_of_more_than_127_are_refused);
+  RUN_TEST(test_a_block_upload_whose_stream_fails_ends_with_its_abort_code);
   RUN_TEST(test_parts_of_a_block_upload_that_is_not_under_way_are_refused);
   RUN_TEST(test_a_transfer_that_is_not_open_moves_no_byte);
   RUN_TEST(test_the_time_of_a_client_starts_again_with_its_request);
