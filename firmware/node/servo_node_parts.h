@@ -48,7 +48,7 @@ void servo_node_take_word(servo_node *node);
 void servo_node_start_storage(servo_node *node);
 
 /* Puts what is stored in force: of an axis, and what both share. */
-void servo_node_take_stored(servo_node *node, int axis);
+void servo_node_take_stored(servo_node *node, int i);
 void servo_node_take_shared(servo_node *node, const persisted_objects *from);
 
 /* Puts limits in force that have been checked. */
