@@ -283,14 +283,31 @@ static void test_a_clock_that_differs_from_sync_by_1_percent_is_reported_while_i
   TEST_ASSERT_FALSE(clock_is_off());
 }
 
+/* A counter that was not agreed on, and one that is missing (1019). */
 static void test_sync_of_the_wrong_length_only_reports_an_error(void) {
-  const uint8_t byte[1] = {1};
-  bench_operational();
+  const uint8_t counter[1] = {1};
+  for (uint8_t agreed = 0; agreed <= 1; agreed++) {
+    bench_start();
+    TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1019, 0, agreed == 0 ? 0 : 10, 1));
+    bench_operational();
+    bench.sent = 0;
+    bench_give(0x80, agreed == 0 ? 1 : 0, counter);
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(0, bench_count(0x285));
+    TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_LENGTH));
+  }
+}
+
+/* It is reported when the node has left the state. */
+static void test_a_stopped_node_sends_no_emergency(void) {
+  bench_nmt(2, BENCH_NODE);
   bench.sent = 0;
-  bench_give(0x80, 1, byte);
-  bench_wait_ms(1);
-  TEST_ASSERT_EQUAL(0, bench_count(0x285));
-  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_LENGTH));
+  TEST_ASSERT_TRUE(canopen_node_raise(NODE, &(emergency_error){.code = 0x5530}));
+  bench_wait_ms(50);
+  TEST_ASSERT_EQUAL(0, bench_count(0x85));
+  bench_nmt(128, BENCH_NODE);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL(1, bench_count(0x85));
 }
 
 static void test_store_and_restore_want_their_signatures(void) {
@@ -788,6 +805,7 @@ int main(void) {
   RUN_TEST(test_missing_sync_is_reported_after_one_and_a_half_periods);
   RUN_TEST(test_a_clock_that_differs_from_sync_by_1_percent_is_reported_while_it_does);
   RUN_TEST(test_sync_of_the_wrong_length_only_reports_an_error);
+  RUN_TEST(test_a_stopped_node_sends_no_emergency);
   RUN_TEST(test_store_and_restore_want_their_signatures);
   RUN_TEST(test_foreign_frames_change_nothing_and_get_no_answer);
   RUN_TEST(test_flood_is_handled_piecewise_reported_and_does_not_stop_heartbeats);

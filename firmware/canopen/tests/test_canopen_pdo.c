@@ -136,6 +136,30 @@ static void test_silent_rpdo_raises_its_emergency_after_the_event_time(void) {
   bench_give(RPDO1, 3, bytes);
   bench_wait_ms(1);
   TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
+  bench_nmt(128, BENCH_NODE); /* started again, it waits for the first frame again */
+  bench_operational();
+  bench_wait_ms(100);
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
+}
+
+/* The node leaves operational, or the RPDO is switched off and on. */
+static void test_what_waits_for_sync_is_forgotten_with_a_new_start(void) {
+  const uint8_t bytes[8] = {0x10, 0x27};
+  for (int by_state = 0; by_state <= 1; by_state++) {
+    bench_operational();
+    bench_give(RPDO2, 8, bytes);
+    bench_wait_ms(1);
+    if (by_state) {
+      bench_nmt(128, BENCH_NODE);
+      bench_operational();
+    } else {
+      write_ok(0x1401, 1, 0x80000000u | RPDO2, 4);
+      write_ok(0x1401, 1, RPDO2, 4);
+    }
+    bench_give(SYNC, 0, NULL);
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(0, DEVICE->axis[0].target_velocity);
+  }
 }
 
 static void test_event_tpdo_reports_the_start_and_each_change_no_faster_than_inhibited(void) {
@@ -151,6 +175,9 @@ static void test_event_tpdo_reports_the_start_and_each_change_no_faster_than_inh
   TEST_ASSERT_EQUAL(12, bench_count(TPDO1));
   TEST_ASSERT_EQUAL(100, bench_last(TPDO1)->data[0]);
   TEST_ASSERT_EQUAL(3, bench_last(TPDO1)->length);
+  DEVICE->axis[0].controlword = 99; /* a smaller value is a change, too */
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(99, bench_last(TPDO1)->data[0]);
 }
 
 static void test_full_bus_delays_a_tpdo_and_sends_the_newest(void) {
@@ -243,6 +270,8 @@ static void test_what_cannot_be_mapped_is_refused(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 1, 0x2F000840, 4));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 2, 0x2F000508, 4));
   TEST_ASSERT_EQUAL_HEX32(0x06040042, bench_write(0x1A02, 0, 2, 1)); /* 9 bytes */
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 8, 0, 4)); /* no object */
+  TEST_ASSERT_EQUAL_HEX32(0x06020000, bench_write(0x1A02, 8, 1, 4));
   TEST_ASSERT_EQUAL_HEX32(0x06090031, bench_write(0x1A02, 0, 9, 1));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 0, 1, 1));
 }
@@ -853,6 +882,7 @@ int main(void) {
   RUN_TEST(test_one_value_out_of_range_refuses_the_whole_frame);
   RUN_TEST(test_short_rpdo_is_reported_once_and_cleared_by_a_good_one);
   RUN_TEST(test_silent_rpdo_raises_its_emergency_after_the_event_time);
+  RUN_TEST(test_what_waits_for_sync_is_forgotten_with_a_new_start);
   RUN_TEST(test_event_tpdo_reports_the_start_and_each_change_no_faster_than_inhibited);
   RUN_TEST(test_full_bus_delays_a_tpdo_and_sends_the_newest);
   RUN_TEST(test_synchronous_tpdo_answers_every_nth_sync);

@@ -717,6 +717,19 @@ static void test_a_download_of_unknown_size_is_refused_at_the_segment_that_its_o
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
+/* 10 bytes are announced; the segment that says to be the last one makes 7 of them. */
+static void test_a_stream_that_ends_before_its_announced_size_is_refused(void) {
+  const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 10};
+  const uint8_t last[8] = {0x01, 1, 2, 3, 4, 5, 6, 7};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+  bench_sdo(last, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06070013, abort_of(answer));
+  TEST_ASSERT_EQUAL(0, bench.device.stream_size);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
 static void test_a_second_clients_block_download_waits_like_any_other_transfer(void) {
   const uint8_t by_block[8] = {0xC6, 0x01, 0x2F, 0, 100};
   uint8_t answer[8];
@@ -951,6 +964,7 @@ int main(void) {
   RUN_TEST(test_a_command_that_fails_gives_its_abort_code_and_stores_nothing);
   RUN_TEST(test_each_segment_of_a_download_is_confirmed_with_its_toggle);
   RUN_TEST(test_a_download_of_unknown_size_is_refused_at_the_segment_that_its_owner_refuses);
+  RUN_TEST(test_a_stream_that_ends_before_its_announced_size_is_refused);
   RUN_TEST(test_a_second_clients_block_download_waits_like_any_other_transfer);
   RUN_TEST(test_a_client_that_waits_is_refused_when_the_other_aborts);
   RUN_TEST(test_an_answer_under_way_becomes_an_abort_when_another_client_aborts);

@@ -119,6 +119,8 @@ static void test_the_four_numbers_in_order_select_this_slave_alone(void) {
     }
     TEST_ASSERT_EQUAL(wrong == LSS_IDENTITY_PARTS, slave.configuring);
   }
+  static const uint8_t rest[LSS_BYTES - 1] = {0};
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(rest, &slave.answer[1], sizeof rest);
 }
 
 static void test_numbers_out_of_order_select_nothing(void) {
@@ -130,7 +132,9 @@ static void test_numbers_out_of_order_select_nothing(void) {
   }
   TEST_ASSERT_EQUAL_HEX8(0x44, ask_number(0x43, identity[3]));
   switch_to(WAITING);
-  TEST_ASSERT_EQUAL_HEX8(NO_ANSWER, ask_number(0x43, identity[3]));
+  for (uint8_t part = 1; part < LSS_IDENTITY_PARTS; ++part) { /* the first number is asked for anew */
+    TEST_ASSERT_EQUAL_HEX8(NO_ANSWER, ask_number((uint8_t)(0x40 + part), identity[part]));
+  }
 }
 
 /* --- inquiries

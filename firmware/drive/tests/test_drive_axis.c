@@ -611,6 +611,7 @@ static void test_halt_holds_a_move_and_lets_it_go_on_to_its_target(void) {
   b.o.state.controlword = 0x10F;
   (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 2000); /* with halt: stands still */
   CHECK_SAME("rate", 0, b.o.velocity.demand);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
   TEST_ASSERT_TRUE(b.o.position.actual < 8000000);
   b.o.state.controlword = 0x0F;
   ticks(&b, 2);
@@ -723,8 +724,13 @@ static void test_csv_interpolates_between_set_points_and_adds_the_offset(void) {
       CHECK_NEAR("rate, rad/s", 3e-4 * (i - 10) - 5e-3, b.command.speed.rate_rad_s, 1e-7);
       CHECK_NEAR("acceleration, rad/s^2", 0.3, b.command.speed.acceleration_rad_s2, 1e-3);
       TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
+      TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
     }
   }
+  b.o.velocity.target = (int32_t)b.o.limit.maximum_velocity + 10000;
+  b.in.setpoint_arrived = true;
+  ticks(&b, 2);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
 }
 
 static void test_set_points_that_stop_are_held_and_then_the_axis_ramps_down(void) {

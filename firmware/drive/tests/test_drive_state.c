@@ -378,6 +378,13 @@ static void test_an_axis_that_turns_since_it_had_torque_is_braked_and_no_other(v
       }
     }
   }
+  static const drive_fault others[] = {DRIVE_FAULT_STOPS, DRIVE_FAULT_BRAKES, DRIVE_FAULT_CUTS};
+  for (unsigned i = 0; i < sizeof others / sizeof others[0]; ++i) { /* in fault, they have nothing to stop */
+    bench b = bench_in(DRIVE_FAULT);
+    b.in.turns = true;
+    b.in.fault = others[i];
+    expect(&b, 0x00, DRIVE_FAULT, DRIVE_OFF);
+  }
 }
 
 static void test_nothing_is_enabled_while_protection_does_not_know_the_travel(void) {

@@ -97,6 +97,9 @@ static void test_additional_edges_are_counted(void) {
   edge(exposed_us + 5000);
   get_in_step();
   TEST_ASSERT_EQUAL_UINT32(2, strobes.additional);
+  edge(exposed_us + 4000);
+  get_in_step();
+  TEST_ASSERT_EQUAL_UINT32(3, strobes.additional);
   TEST_ASSERT_EQUAL_UINT32(0, strobes.missing);
 }
 
