@@ -143,6 +143,19 @@ static void test_a_pose_with_three_quarters_of_the_inertia_gets_three_quarters_o
   CHECK_NEAR("torque of the acceleration, Nm", 1.5, b.axis.signals.torque.acceleration_nm, 1e-6);
 }
 
+/* A gyro on the line of sight, while the pitch moves: it measures the share of the azimuth's rate that its axis has. */
+static void test_a_gyro_that_measures_a_share_of_the_rate_shows_the_rate(void) {
+  bench b = bench_at_rest();
+  b.params.speed.rate_fusion.source = RATE_FROM_GYRO;
+  const servo_axis_samples samples = {.sensors = {.gyro_valid = true, .gyro_rad_s = 0.05f}};
+  const float shares[] = {1.0f, 0.5f, 0.8f};
+  for (unsigned i = 0; i < sizeof shares / sizeof *shares; ++i) {
+    b.axis.pose.gyro_share = shares[i];
+    servo_axis_tick(&b.axis, &b.params, &b.command, &samples, dt_s);
+    CHECK_NEAR("rate, rad/s", 0.05 / (double)shares[i], b.axis.signals.rates.rate_rad_s, 1e-6);
+  }
+}
+
 static void test_a_loop_that_is_closed_again_knows_nothing_of_before(void) {
   bench used = bench_at_rest();
   used.load_nm = 20.0;
@@ -410,6 +423,7 @@ int main(void) {
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
   RUN_TEST(test_a_pose_with_three_quarters_of_the_inertia_gets_three_quarters_of_the_torque);
+  RUN_TEST(test_a_gyro_that_measures_a_share_of_the_rate_shows_the_rate);
   RUN_TEST(test_a_loop_that_is_closed_again_knows_nothing_of_before);
   RUN_TEST(test_closing_the_loop_on_a_turning_axis_gives_no_kick);
   RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested);
