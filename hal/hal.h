@@ -54,8 +54,8 @@ typedef struct {
  * A and 66 V. */
 void hal_set_scales(hal *machine, const hal_scales *scales);
 
-/* The power stage has switched itself off because of a fault. It stays off until hal_power_bridge(false) finds the
- * fault gone. */
+/* Returns the health of an axis. A power stage that has switched itself off because of a fault stays off until
+ * hal_power_bridge(false) finds the fault gone. */
 hal_health hal_axis_health(hal *machine, int axis);
 
 /* --- time --- */

@@ -118,7 +118,7 @@ bool hal_can_join(hal *machine, uint16_t kbit_s);
 /* Sends a frame. Call from the deferred task only. Returns false when there is no room; try again later. */
 bool hal_can_send(hal *machine, const can_frame *frame);
 
-/* From the deferred task, once. A bus-off ends after 100 ms. */
+/* Supervises the CAN controller. Call from the deferred task, once. A bus-off ends after 100 ms. */
 hal_can_state hal_can_supervise(hal *machine);
 
 /* Returns how many received frames the controller had no room for since the start; at most one for each interrupt is

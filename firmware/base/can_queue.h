@@ -21,19 +21,19 @@ typedef struct {
  * refused, and the queue then drops every frame. Call it before either side runs. */
 bool can_queue_init(can_queue *queue, can_frame *frames, uint32_t capacity);
 
-/* Producer side. Returns false when the ring is full; the frame is dropped and counted. */
+/* Adds a frame; producer side. Returns false when the ring is full; the frame is dropped and counted. */
 bool can_queue_push(can_queue *queue, const can_frame *frame);
 
-/* Consumer side: returns the oldest frame in place, or NULL. It stays until `can_queue_drop`, which must only be called
+/* Returns the oldest frame in place, or NULL; consumer side. It stays until `can_queue_drop`, which must only be called
  * when there is a frame. */
 const can_frame *can_queue_front(const can_queue *queue);
 void can_queue_drop(can_queue *queue);
 
-/* Consumer side: copies and drops the oldest frame. Returns false when the queue is empty; `frame` is then
+/* Copies and drops the oldest frame; consumer side. Returns false when the queue is empty; `frame` is then
  * unchanged. */
 bool can_queue_pop(can_queue *queue, can_frame *frame);
 
-/* Consumer side: returns how many frames wait. */
+/* Returns how many frames wait; consumer side. */
 uint32_t can_queue_count(const can_queue *queue);
 
 /* Returns the number of frames dropped since the start. Either side may call it. */

@@ -29,7 +29,7 @@ static inline float scalar_clamp(float value, float low, float high) {
 /* Returns whether |value| <= bound; false for NaN. */
 static inline bool scalar_within(float value, float bound) { return scalar_abs(value) <= bound; }
 
-/* Inline roundf(): to the nearest whole number, halves away from 0. */
+/* Rounds as roundf(), inline: to the nearest whole number, halves away from 0. */
 static inline float scalar_round(float value) {
   const float all_are_whole = 8388608.0f; /* from 2^23 on */
   if (!(scalar_abs(value) < all_are_whole)) {
@@ -40,15 +40,15 @@ static inline float scalar_round(float value) {
   return whole + (rest >= 0.5f ? 1.0f : 0.0f) - (rest <= -0.5f ? 1.0f : 0.0f);
 }
 
-/* exp(-x) for x >= 0, within 1.25 units of the last place; exactly 1 at 0 and exactly 0 from 87 on. */
+/* Returns exp(-x) for x >= 0, within 1.25 units of the last place; exactly 1 at 0 and exactly 0 from 87 on. */
 float scalar_exp_minus(float x);
 
-/* sin and cos of an angle in [0, pi] rad, absolute error below 4e-7. For filter design, not for the tick. */
+/* Return sin and cos of an angle in [0, pi] rad, absolute error below 4e-7. For filter design, not for the tick. */
 float scalar_sin(float angle_rad);
 float scalar_cos(float angle_rad);
 
-/* Angle of the vector (x, y) from the x axis, in [-pi, pi] rad, within 3e-7 of itself; 0 for the vector (0, 0). A small
- * angle keeps all its digits. */
+/* Returns the angle of the vector (x, y) from the x axis, in [-pi, pi] rad, within 3e-7 of itself; 0 for the vector (0,
+ * 0). A small angle keeps all its digits. */
 float scalar_atan2(float y, float x);
 
 /* One entry of a parameter check: the value must be finite and within [low, high]. */

@@ -149,7 +149,7 @@ bool canopen_node_raise(canopen_node *node, const emergency_error *error);
 bool canopen_node_raise_again(canopen_node *node, const emergency_error *error);
 bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 
-/* From the CAN driver's supervision, in the tick's thread. */
+/* Reports that a bus-off has ended. Call from the supervision of the CAN driver, in the tick's thread. */
 void canopen_node_bus_off_recovered(canopen_node *node);
 void canopen_node_error_passive(canopen_node *node, bool passive);
 

@@ -30,8 +30,8 @@ void node_objects_judge_heartbeats(canopen_node *node);
  * last frame of one was refused, and clears them afterwards. Each covers all RPDOs together. */
 void node_objects_judge_rpdos(canopen_node *node);
 
-/* Whether SYNC, an RPDO or the requests of 1201h share an identifier, so that one of them would receive nothing.
- * accept() prevents it, but default COB-IDs follow a new node id. */
+/* Returns whether SYNC, an RPDO or the requests of 1201h share an identifier, so that one of them would receive
+ * nothing. accept() prevents it, but default COB-IDs follow a new node id. */
 bool node_objects_receivers_collide(const communication_objects *objects);
 
 /* Returns whether stored values that pass their limits may be in effect together, by the rules that accept() applies to

@@ -203,7 +203,7 @@ unsigned od_needed_hooks(const od_object *object);
 /* Returns whether this value must wait because an earlier one has not taken effect yet (od_hooks.waits). */
 bool od_must_wait(const od_object *object, const uint8_t *bytes);
 
-/* Whether the limits allow every value of an integer; false for types whose values must be checked. */
+/* Returns whether the limits allow every value of an integer; false for types whose values must be checked. */
 bool od_is_unlimited(const od_entry *entry);
 
 /* Copies a number in bus order, which is also memory order; `size` is 1, 2, 4 or 8. */
@@ -224,7 +224,7 @@ static inline void od_copy_number(void *to, const void *from, uint32_t size) {
   }
 }
 
-/* Whether two numbers of `size` bytes are equal, as above. */
+/* Returns whether two numbers of `size` bytes are equal, as above. */
 static inline bool od_same_number(const void *a, const void *b, uint32_t size) {
   uint64_t of_a = 0;
   uint64_t of_b = 0;
@@ -250,7 +250,7 @@ void od_put(const od_object *object, od_number value);
 /* Reads in bus order (little endian). `bytes` must hold the entry's size; DOMAIN is refused with OD_UNSUPPORTED. */
 od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length);
 
-/* Whether the owner calls this value, in bus order, a stop; see od_hooks.stops. */
+/* Returns whether the owner calls this value, in bus order, a stop; see od_hooks.stops. */
 bool od_is_stop(const od_object *object, const uint8_t *bytes);
 
 /* Returns what od_write would return if execute() succeeds; changes nothing. */
@@ -266,7 +266,7 @@ od_abort od_write_checked(const od_object *object, const uint8_t *bytes, uint16_
 /* Writes all defaults of a part, read-only values included, as the table has them. */
 void od_restore_defaults(const od_part *part, uint8_t node_id);
 
-/* Whether all values with OD_STORED are equal, bit for bit, in two structs of the table's values. */
+/* Returns whether all values with OD_STORED are equal, bit for bit, in two structs of the table's values. */
 bool od_same_stored(const od_table *table, const void *one, const void *other);
 
 /* Returns whether all values with OD_GUARDED are equal, bit for bit, in two structs of the table's values. */

@@ -29,10 +29,10 @@ static inline bool pdo_is_synchronous(const pdo_communication *communication) {
   return communication->type <= PDO_SYNC_MAX;
 }
 
-/* Whether sub-index `sub` of the communication record may be set to `value`. */
+/* Returns whether sub-index `sub` of the communication record may be set to `value`. */
 od_abort pdo_accept_communication(const pdo_communication *communication, uint8_t sub, od_number value);
 
-/* Whether sub-index `sub` of the mapping record may be set to `value`. */
+/* Returns whether sub-index `sub` of the mapping record may be set to `value`. */
 od_abort pdo_accept_mapping(const object_dictionary *dictionary, pdo_direction direction,
                             const pdo_communication *communication, const pdo_mapping *mapping, uint8_t sub,
                             od_number value);

@@ -43,7 +43,7 @@ void sdo_block_download_initiate(sdo_server *server, const uint8_t *request);
 void sdo_block_download_segment(sdo_server *server, const uint8_t *request);
 void sdo_block_download_end(sdo_server *server, const uint8_t *request);
 
-/* Initiate, start, confirm or end, from the lowest two bits of the request. */
+/* Takes a request to initiate, start, confirm or end, from the lowest two bits of the request. */
 void sdo_block_upload_receive(sdo_server *server, const uint8_t *request);
 void sdo_block_upload_next_segment(sdo_server *server);
 

@@ -17,7 +17,7 @@ static inline float approach_braking(float limit_rad_s2, float error_rad, float 
   return scalar_clamp(limit_rad_s2 + towards, 0.1f * limit_rad_s2, limit_rad_s2);
 }
 
-/* `braking_rad_s2` 0: not limited. */
+/* Returns the rate towards a target; `braking_rad_s2` 0: its deceleration is not limited. */
 static inline float approach_rate(float proportional_per_s, float braking_rad_s2, float error_rad) {
   const float size_rad = scalar_abs(error_rad);
   const float square = proportional_per_s * proportional_per_s;

@@ -67,8 +67,8 @@ control_status pointing_tracker_check(const pointing_tracker_params *params);
 /* Forgets the target. */
 void pointing_tracker_reset(pointing_tracker_state *state);
 
-/* Both as components of N, in the tick of the last step: how far the line of sight has turned during the last
- * `age_ticks` ticks (0 .. TARGET_TRACKER_HISTORY - 1), rad, and the error of a frame. */
+/* Return how far the line of sight has turned during the last `age_ticks` ticks (0 .. TARGET_TRACKER_HISTORY - 1), rad,
+ * and the error of a frame: both as components of N, in the tick of the last step. */
 image_vector pointing_tracker_los_motion(const pointing_tracker_state *state, int age_ticks, float dt_s);
 image_vector pointing_tracker_frame_error(const pointing_tracker_state *state, const pointing_frame *frame);
 

@@ -72,9 +72,9 @@ float target_tracker_los_motion_rad(const target_tracker_state *state, int age_t
 target_tracker_gains target_tracker_prepare_gains(const target_tracker_state *state,
                                                   const target_tracker_params *params, float dt_s);
 
-/* One tick of two components that share their frames, as TRACKER_PREDICTIVE; the rate that follows from them is the
- * caller's. Of `frame`, `error_rad` is left out; both errors count, or none. Gains that were not prepared for this tick
- * are computed. */
+/* Computes one tick of two components that share their frames, as TRACKER_PREDICTIVE; the rate that follows from them
+ * is the caller's. Of `frame`, `error_rad` is left out; both errors count, or none. Gains that were not prepared for
+ * this tick are computed. */
 void target_tracker_step_components(target_tracker_state components[2], const target_tracker_params *params,
                                     const target_tracker_gains *prepared, const camera_frame *frame,
                                     const float error_rad[2], const float los_rate_rad_s[2], float dt_s);
@@ -83,8 +83,8 @@ void target_tracker_step_components(target_tracker_state components[2], const ta
  * known. */
 void target_tracker_follow_straight_path(target_tracker_state components[2], float dt_s);
 
-/* The error (rad) now by the last frame alone, whose exposure was `age_ticks` old: of a target that has moved at
- * `rate_rad_s` since. */
+/* Returns the error (rad) now by the last frame alone, whose exposure was `age_ticks` old: of a target that has moved
+ * at `rate_rad_s` since. */
 float target_tracker_seen_rad(const target_tracker_state *state, int age_ticks, float rate_rad_s, float dt_s);
 
 /* Takes a target that another source than a frame has given. Call between two ticks. */

@@ -82,12 +82,12 @@ typedef struct {
   fault_id fault;          /* of 603F; FAULT_NONE when there was none since the last reset */
 } drive_axis;
 
-/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation selected, holding brake
- * released, and not stopped at a position limit. */
+/* Returns whether an experiment may give the set-point: in operation, not halted, no mode of operation selected,
+ * holding brake released, and not stopped at a position limit. */
 bool drive_axis_obeys_stimulus(const drive_axis *axis);
 
-/* Whether the axis is commanded to move: in operation, with a ramp that is not at rest or an experiment. `inputs`: of
- * the last step. */
+/* Returns whether the axis is commanded to move: in operation, with a ramp that is not at rest or an experiment.
+ * `inputs`: of the last step. */
 bool drive_axis_turns(const drive_axis *axis, const drive_axis_inputs *inputs);
 
 /* Resets the drive: not ready to switch on, axis off, position within half a turn of the encoder's zero. */
@@ -97,7 +97,7 @@ void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
 
-/* As drive_axis_reset, but keeps the turns counted so far. */
+/* Resets as drive_axis_reset, but keeps the turns counted so far. */
 void drive_axis_restart(drive_axis *axis, angle_turn32 joint_angle);
 
 /* Shifts the position, and everything that refers to it, by whole turns. Call when the turn counted so far was wrong.

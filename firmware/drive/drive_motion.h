@@ -113,13 +113,13 @@ void drive_motion_reset(drive_motion *motion, drive_angle position);
 /* Shifts every position by `by`. Call when the position of the axis was wrong by that much. */
 void drive_motion_shift(drive_motion *motion, drive_angle by);
 
-/* One tick. An unsupported mode leaves the current one in effect. In pp, pv and hm it takes the prepared step. In the
- * first tick nothing is prepared, and the ramp continues with its acceleration. Not inlined: it would push the monitors
- * out of line, which costs 500 instructions in the tick. */
+/* Computes one tick. An unsupported mode leaves the current one in effect. In pp, pv and hm it takes the prepared step.
+ * In the first tick nothing is prepared, and the ramp continues with its acceleration. Not inlined: it would push the
+ * monitors out of line, which costs 500 instructions in the tick. */
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
                                  const drive_feedback *feedback, float dt_s) __attribute__((noinline));
 
-/* Between two ticks: prepares the next step of the ramp of pp, pv or hm. Finding the time at which a stop must begin
+/* Prepares the next step of the ramp of pp, pv or hm, between two ticks. Finding the time at which a stop must begin
  * takes too long for the tick. So targets and limits of these modes take effect one tick later, and so do the bounds of
  * travel and rate in every mode. */
 void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, const drive_machine *machine, float dt_s);

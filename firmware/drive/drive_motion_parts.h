@@ -40,7 +40,7 @@ bool motion_limit_blocks(drive_motion *motion, const drive_feedback *feedback, c
 drive_setpoint motion_stop(drive_motion *motion, const drive_feedback *feedback, const profile_limits *limits,
                            float dt_s);
 
-/* A stop that a fault, a command or missing set-points order: not more gentle than protection allows. An acceleration
+/* Stops as a fault, a command or missing set-points order: not more gently than protection allows. An acceleration
  * of the ramp in the direction of the motion that its jerk cannot end soon is dropped. */
 drive_setpoint motion_ordered_stop(drive_motion *motion, const drive_feedback *feedback, const profile_limits *wanted,
                                    float dt_s);
@@ -59,7 +59,7 @@ float motion_held_below_limit(float torque_nm, float rate_rad_s, float limit_rad
 drive_setpoint motion_profile_position(drive_motion *motion, const drive_objects *objects,
                                        const drive_feedback *feedback, float dt_s);
 
-/* Of pv and hm. */
+/* Serves pv and hm. */
 drive_setpoint motion_profile_velocity(drive_motion *motion, const drive_feedback *feedback, float dt_s);
 
 drive_setpoint motion_cyclic_position(drive_motion *motion, const drive_objects *objects,

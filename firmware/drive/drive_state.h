@@ -96,17 +96,17 @@ typedef struct {
 
 void drive_state_reset(drive_state *state);
 
-/* One tick. An unsupported option code counts as the standard's default. */
+/* Computes one tick. An unsupported option code counts as the standard's default. */
 drive_action drive_state_step(drive_state *state, const drive_options *options, const drive_state_inputs *in);
 
-/* The state's bits of the statusword; bit 5 is 0 in Quick stop active only. */
+/* Returns the state's bits of the statusword; bit 5 is 0 in Quick stop active only. */
 uint16_t drive_state_statusword(drive_power_state power);
 
-/* Whether the option code object `index` (0x605A .. 0x605E) may have this value: a dictionary refuses other values with
- * 0609 0030. Stops on the current or voltage limit (3, 4, 7, 8) are not supported. */
+/* Returns whether the option code object `index` (0x605A .. 0x605E) may have this value: a dictionary refuses other
+ * values with 0609 0030. Stops on the current or voltage limit (3, 4, 7, 8) are not supported. */
 bool drive_option_supported(uint16_t index, int16_t code);
 
-/* The defaults: 6007 3; of the standard: 605A 2, 605B 0, 605C 1, 605D 1, 605E 2. */
+/* Returns the defaults: 6007 3; of the standard: 605A 2, 605B 0, 605C 1, 605D 1, 605E 2. */
 drive_options drive_options_default(void);
 
 #endif

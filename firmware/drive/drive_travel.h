@@ -47,29 +47,31 @@ typedef struct {
   bool position_unknown; /* no position has a meaning */
 } drive_bounds;
 
-/* `bounds` are those of the previous tick: a 607D whose minimum is above its maximum leaves the last valid one in
- * effect. */
+/* Renews the bounds from those of the previous tick: a 607D whose minimum is above its maximum leaves the last valid
+ * one in effect. */
 void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, const drive_machine *machine);
 
 static inline bool drive_travel_is_limited(const drive_travel *travel) { return travel->minimum < travel->maximum; }
 
-/* An angle as the bus shows it (6062, 6064). Within a limited travel nothing wraps: it saturates at 34 turns. */
+/* Returns an angle as the bus shows it (6062, 6064). Within a limited travel nothing wraps: it saturates at 34 turns.
+ */
 int32_t drive_travel_position(const drive_travel *travel, drive_angle angle);
 
-/* The nearest position of the travel; the position itself when the travel is not limited. */
+/* Returns the nearest position of the travel; the position itself when the travel is not limited. */
 int32_t drive_travel_clamp(const drive_travel *travel, int32_t position);
 
-/* Distance from a position to the limit in this direction, signed. */
+/* Returns the distance from a position to the limit in this direction, signed. */
 float drive_travel_room_rad(const drive_bounds *bounds, drive_angle position, float direction);
 
-/* -1 or 1: a position at or beyond the limit on that side; 0: within the travel. */
+/* Returns -1 or 1: a position at or beyond the limit on that side; 0: within the travel. */
 float drive_travel_side(const drive_bounds *bounds, drive_angle position);
 
-/* Ramp limits of a stop that must end in the travel: those of the mode, but no harder than the motor can brake. */
+/* Returns the ramp limits of a stop that must end in the travel: those of the mode, but no harder than the motor can
+ * brake. */
 profile_limits drive_braking_within(const drive_bounds *bounds, const profile_limits *limits);
 
-/* Ramp limits of a halt or quick stop from here. If the stop would leave the travel, they are as hard as needed, up to
- * what the motor can brake. Returns whether it would leave the travel. */
+/* Finds the ramp limits of a halt or quick stop from here. If the stop would leave the travel, they are as hard as
+ * needed, up to what the motor can brake. Returns whether it would leave the travel. */
 bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const profile_ramp *ramp,
                        drive_angle position);
 
@@ -77,7 +79,7 @@ bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const
  * of a ramp that still gains speed is limited to what the jerk ends within 0.05 rad/s. */
 void drive_stop_at_least(const drive_bounds *bounds, profile_limits *limits, profile_ramp *ramp);
 
-/* A rate, limited so that a stop along `braking` from this position ends within the travel. */
+/* Returns a rate, limited so that a stop along `braking` from this position ends within the travel. */
 float drive_rate_within(const drive_bounds *bounds, const profile_limits *braking, drive_angle position,
                         float rate_rad_s, float dt_s);
 

@@ -18,18 +18,18 @@ typedef int64_t drive_angle;
 #define DRIVE_RANGE (INT64_C(1) << 38)
 #define DRIVE_RANGE_END 2010619298 /* 32 turns in 1e-7 rad, cut off */
 
-/* The same direction within the range: whole ranges added. */
+/* Returns the same direction within the range: whole ranges added. */
 static inline drive_angle drive_angle_wrap(drive_angle angle) {
   const uint64_t from_start = (uint64_t)angle + (uint64_t)DRIVE_RANGE / 2;
   return (drive_angle)(from_start & ((uint64_t)DRIVE_RANGE - 1)) - DRIVE_RANGE / 2;
 }
 
-/* The angle near `before` at which the encoder reads `now`: within half a turn. */
+/* Returns the angle near `before` at which the encoder reads `now`: within half a turn. */
 static inline drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now) {
   return before + (int32_t)(now - (angle_turn32)before);
 }
 
-/* to - from in rad. A float keeps 24 bits of it: exact to 1.5 nrad within 25 mrad, to 120 ppb beyond. */
+/* Returns to - from in rad. A float keeps 24 bits of it: exact to 1.5 nrad within 25 mrad, to 120 ppb beyond. */
 static inline float drive_angle_difference_rad(drive_angle to, drive_angle from) {
   const drive_angle difference = to - from;
   const bool is_short = difference >= INT32_MIN && difference <= INT32_MAX;
@@ -39,32 +39,34 @@ static inline float drive_angle_difference_rad(drive_angle to, drive_angle from)
   return units * ANGLE_RAD_PER_TURN32;
 }
 
-/* 1e-7 rad, saturated at +-214.7 rad (34 turns). The constant has 57 bits: the error is at most 0.5 + 2e-8 counts. */
+/* Returns 1e-7 rad, saturated at +-214.7 rad (34 turns). The constant has 57 bits: the error is at most 0.5 + 2e-8
+ * counts. */
 int32_t drive_position_from_angle(drive_angle angle);
 
-/* Within half a unit of 2^-32 turn, below 2^56 counts; the inverse function restores the position, for every int32. */
+/* Converts within half a unit of 2^-32 turn, below 2^56 counts; the inverse function restores the position, for every
+ * int32. */
 drive_angle drive_angle_from_position(int64_t position);
 
-/* 1e-6 rad/s, the exact product rounded once. */
+/* Returns 1e-6 rad/s, the exact product rounded once. */
 int32_t drive_velocity_from_rate(float rate_rad_s);
 
-/* A difference of angles as a position: 1e-7 rad. Saturates; not a number gives 0. */
+/* Returns a difference of angles as a position: 1e-7 rad. Saturates; not a number gives 0. */
 static inline int32_t drive_position_from_rad(float angle_rad) { return drive_velocity_from_rate(10.0f * angle_rad); }
 
-/* rad/s; the inverse function restores the velocity below 16 rad/s, and is within 60 ppb beyond. */
+/* Returns rad/s; the inverse function restores the velocity below 16 rad/s, and is within 60 ppb beyond. */
 static inline float drive_rate_from_velocity(int32_t velocity) { return (float)velocity / 1e6f; }
 
-/* rad/s, rad/s^2 or rad/s^3 of an unsigned limit; at least 1e-6, so that a ramp always ends. */
+/* Returns rad/s, rad/s^2 or rad/s^3 of an unsigned limit; at least 1e-6, so that a ramp always ends. */
 static inline float drive_limit_from_counts(uint32_t counts) { return (float)(counts == 0 ? 1 : counts) / 1e6f; }
 
-/* 0.1 % of rated, within 0.504; 0 when the rated torque is 0. */
+/* Returns 0.1 % of rated, within 0.504; 0 when the rated torque is 0. */
 int16_t drive_permille_from_torque(float torque_nm, uint32_t rated_mnm);
 
 static inline float drive_torque_from_permille(int32_t permille, uint32_t rated_mnm) {
   return (float)permille * (float)rated_mnm / 1e6f;
 }
 
-/* The sum, saturated. */
+/* Returns the sum, saturated. */
 int32_t drive_add(int32_t a, int32_t b);
 
 #endif

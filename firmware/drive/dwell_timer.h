@@ -13,7 +13,7 @@ typedef struct {
   float held_ms;
 } dwell_timer;
 
-/* True once `condition` has been true in every tick for more than `time_ms`. */
+/* Returns true once `condition` has been true in every tick for more than `time_ms`. */
 static inline bool dwell_timer_step(dwell_timer *timer, bool condition, uint16_t time_ms, float dt_s) {
   const float longest_ms = 66000.0f; /* above every time_ms */
   if (!condition) {

@@ -27,11 +27,11 @@ typedef struct {
 /* How much longer than its time the brake may take before its contact counts as wrong. */
 #define HOLDING_BRAKE_TOLERANCE_S 0.1f
 
-/* `hold`: torque stands and shall go on standing. `contact_open`: what the contact reports. */
+/* Computes one tick. `hold`: torque stands and shall go on standing. `contact_open`: what the contact reports. */
 void holding_brake_step(holding_brake *brake, const holding_brake_times *times, bool hold, bool contact_open,
                         float dt_s);
 
-/* The coil has been off for the engage time: the torque may end. */
+/* Returns whether the coil has been off for the engage time: the torque may end. */
 static inline bool holding_brake_has_engaged(const holding_brake *brake, const holding_brake_times *times) {
   return !brake->coil_on && brake->since_s >= times->engage_s;
 }

@@ -55,12 +55,12 @@ bool homing_method_supported(int8_t method);
 /* Commands and speeds are taken from `objects`. Leaving operation or the mode, and bit 4 = 0, interrupt it. */
 void homing_step(drive_homing *state, const drive_homing_objects *objects, const homing_inputs *in, float dt_s);
 
-/* It has ended, or has not begun. */
+/* Returns whether it has ended, or has not begun. */
 static inline bool homing_is_idle(const drive_homing *state) {
   return state->phase == HOMING_NOT_STARTED || state->phase >= HOMING_ATTAINED;
 }
 
-/* Instead of a step, in another mode: only bit 4 is monitored. For an idle homing. */
+/* Monitors bit 4 only. Call it in another mode instead of a step, while homing is idle. */
 static inline void homing_pass(drive_homing *state, bool runs, bool start) {
   state->start_before = start;
   state->ran_before = runs;

@@ -34,7 +34,7 @@ typedef struct {
 
 void rate_interpolation_reset(rate_interpolation *state, float rate_rad_s);
 
-/* A set-point has arrived. */
+/* Takes a set-point that has arrived. */
 void rate_interpolation_aim(rate_interpolation *state, float target_rad_s, int period_ticks, float dt_s);
 
 typedef struct {
@@ -63,11 +63,11 @@ typedef struct {
   float rate_rad_s;
 } interpolated_position;
 
-/* Set-points start from `position`, which moves with `rate_rad_s` until the first one arrives. */
+/* Begins at `position`, which moves with `rate_rad_s` until the first one arrives. */
 void position_interpolation_reset(position_interpolation *state, drive_angle position, float rate_rad_s);
 
-/* A set-point has arrived. A distance that needs a mean rate above `rate_limit_rad_s` is shortened: the axis arrives
- * later. Returns whether it was. */
+/* Takes a set-point that has arrived. A distance that needs a mean rate above `rate_limit_rad_s` is shortened: the axis
+ * arrives later. Returns whether it was. */
 bool position_interpolation_aim(position_interpolation *state, drive_angle target, int period_ticks,
                                 float rate_limit_rad_s, float dt_s);
 

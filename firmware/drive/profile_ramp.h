@@ -45,21 +45,21 @@ control_status profile_limits_check(const profile_limits *limits);
 
 bool profile_at_rest(const profile_ramp *ramp);
 
-/* Stopping distance from here, signed, with the deceleration and jerk limits. */
+/* Returns the stopping distance from here, signed, with the deceleration and jerk limits. */
 float profile_stop_travel_rad(const profile_ramp *ramp, const profile_limits *limits);
 
-/* One tick towards `rate_rad_s` (finite; the caller limits it). No overshoot; arrives exactly. */
+/* Makes one tick towards `rate_rad_s` (finite; the caller limits it). No overshoot; arrives exactly. */
 profile_motion profile_towards_rate(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s, float dt_s);
 
-/* The same, but comes to rest, along `braking`, before it has travelled more than `room_rad` in the direction of
+/* Does the same, but comes to rest, along `braking`, before it has travelled more than `room_rad` in the direction of
  * `rate_rad_s`. When it is too late for that, stops as soon as these limits allow. Cost: three times that of
  * profile_towards_rate; in the tick in which the stop begins at most eight times. */
 profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_limits *limits,
                                            const profile_limits *braking, float rate_rad_s, float room_rad, float dt_s);
 
-/* One tick towards rest at `distance_rad` from here, at no more than limits->rate_rad_s. Overshoots, and then comes
- * back, only when the limits make it unavoidable (or by rounding: 1e-7 of the distance). `travel_rad` is `distance_rad`
- * in the tick in which it arrives. */
+/* Makes one tick towards rest at `distance_rad` from here, at no more than limits->rate_rad_s. Overshoots, and then
+ * comes back, only when the limits make it unavoidable (or by rounding: 1e-7 of the distance). `travel_rad` is
+ * `distance_rad` in the tick in which it arrives. */
 profile_motion profile_towards_distance(profile_ramp *ramp, const profile_limits *limits, float distance_rad,
                                         float dt_s);
 

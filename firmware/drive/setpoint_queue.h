@@ -58,23 +58,23 @@ typedef struct {
   bool wraps; /* no travel is limited */
 } setpoint_order;
 
-/* Whether 60F2 may have this value: a dictionary refuses others. */
+/* Returns whether 60F2 may have this value: a dictionary refuses others. */
 bool setpoint_option_supported(uint16_t option);
 
-/* No set-point is active; relative set-points count from `position`. `bit_before` is bit 4 of the controlword in the
+/* Forgets all set-points; relative ones count from `position`. `bit_before` is bit 4 of the controlword in the
  * previous tick: a bit that was set already must fall before it counts. */
 void setpoint_queue_reset(setpoint_queue *queue, drive_angle position, bool bit_before);
 
-/* One tick. Returns whether a set-point became active in this tick. */
+/* Computes one tick of pp. Returns whether a set-point became active in this tick. */
 bool setpoint_queue_step(setpoint_queue *queue, const setpoint_order *order);
 
 /* Keeps the targets within the travel. Call it in each tick of pp: the travel may have changed. */
 void setpoint_queue_limit(setpoint_queue *queue, const drive_travel *travel);
 
-/* One tick of another mode: monitors bit 4, so that a bit that is still set when pp begins is no edge. */
+/* Computes one tick of another mode: monitors bit 4, so that a bit that is still set when pp begins is no edge. */
 void setpoint_queue_idle(setpoint_queue *queue, uint16_t controlword);
 
-/* The active set-point has been reached. Returns whether the waiting one is active now. */
+/* Ends the active set-point, which has been reached. Returns whether the waiting one is active now. */
 bool setpoint_queue_finish(setpoint_queue *queue);
 
 #endif

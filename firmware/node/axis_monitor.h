@@ -92,8 +92,8 @@ void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive);
  * because it may have counted a turn too many. Call between two ticks, every 4 ms. */
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive);
 
-/* The operator has seen the axis at this position, in 1e-7 rad. False, and nothing changes: no possible turn is within
- * a quarter turn of it. Homing has yet to confirm it. */
+/* Returns whether a possible turn is within a quarter turn of this position (1e-7 rad), at which the operator has seen
+ * the axis; homing has yet to confirm it. */
 bool axis_monitor_may_see(const axis_monitor *monitor, const drive_axis *drive, int32_t position);
 void axis_monitor_see(axis_monitor *monitor, const drive_axis *drive, int32_t position);
 

@@ -134,8 +134,8 @@ void servo_node_take(servo_node *node);
 /* Call every 1 ms. Takes process data, then computes the current set-points of both axes from the samples. */
 void servo_node_tick(servo_node *node);
 
-/* As servo_node_tick, but takes no process data. Call right after servo_node_take: later frames take effect in the next
- * tick, so the cost of this one does not depend on when frames arrive. */
+/* Does as servo_node_tick, but takes no process data. Call right after servo_node_take: later frames take effect in the
+ * next tick, so the cost of this one does not depend on when frames arrive. */
 void servo_node_tick_taken(servo_node *node);
 
 /* Sends, answers requests and records. Call after each tick and before the next, never within one. Values received by

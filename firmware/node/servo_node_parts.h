@@ -34,7 +34,7 @@ extern const od_hooks servo_node_clock_hooks;
 /* Details of FAULT_PARAMETERS_LOST, as a sum. */
 enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4, COB_IDS_COLLIDE = 8, BUS_SETTINGS_IN_DOUBT = 16 };
 
-/* 0x1010 and 0x1011; canopen_storage describes them. */
+/* Serve 0x1010 and 0x1011, see canopen_storage. */
 od_abort servo_node_save(void *context, uint8_t group);
 od_abort servo_node_restore(void *context, uint8_t group);
 

@@ -92,9 +92,9 @@ envelope_limits envelope_prepare(const envelope_params *params, float dt_s);
 /* Forgets the motion. */
 void envelope_reset(envelope_state *state);
 
-/* One tick, with the angle of this tick and the position, which counts turns. `powered`: the bridge was on in the last
- * tick. `reference_rad_s`: the set-point of the speed loop in the last tick; in the first half second of an ordered
- * stop the axis may catch up with it. */
+/* Computes one tick, with the angle of this tick and the position, which counts turns. `powered`: the bridge was on in
+ * the last tick. `reference_rad_s`: the set-point of the speed loop in the last tick; in the first half second of an
+ * ordered stop the axis may catch up with it. */
 unsigned envelope_step(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
                        angle_turn32 angle, float position_rad, float reference_rad_s);
 

@@ -105,8 +105,8 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
  * `servo_axis_check`. */
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
 
-/* As servo_axis_retune, for a loop that makes the axis oscillate, whose torque and estimates are useless. Closes the
- * loop again at the present rate, with `holding_nm` as its torque at zero rate error. */
+/* Changes the parameters as servo_axis_retune, for a loop that makes the axis oscillate, whose torque and estimates are
+ * useless. Closes the loop again at the present rate, with `holding_nm` as its torque at zero rate error. */
 void servo_axis_replace(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float holding_nm,
                         float tick_s);
 

@@ -43,7 +43,7 @@ void pendsv_exception(void);
 
 enum { UNIMPLEMENTED_PRIORITY_BITS = 4 };
 
-/* The deferred task runs when nothing more urgent is pending. */
+/* Starts the deferred task, which runs when nothing more urgent is pending. */
 static inline void service_start(void) {
   field_set(&SCB->shpr[2], SCB_SHPR3_PENDSV, PRIORITY_SERVICE << UNIMPLEMENTED_PRIORITY_BITS);
 }

@@ -10,14 +10,14 @@
 
 typedef enum { PARAMETER_AREA_0, PARAMETER_AREA_1, BUS_SETTINGS_PIECE, PARAMETER_PIECES } parameter_piece;
 
-/* Whether the option bytes give the flash two banks, and start the program from the first: otherwise the numbers of the
- * parameter pages are those of other pages, and nothing is erased or programmed. */
+/* Returns whether the option bytes give the flash two banks, and start the program from the first: otherwise the
+ * numbers of the parameter pages are those of other pages, and nothing is erased or programmed. */
 bool parameter_flash_has_its_banks(void);
 
-/* `context` is passed to `waiting`. */
+/* Returns the access to a piece of the flash; `context` is passed to `waiting`. */
 hal_flash parameter_flash(parameter_piece piece, void (*waiting)(void *context), void *context);
 
-/* From the NMI: true when it reported two wrong bits in a double word of bank 2; `read` returns false then. */
+/* Returns true when the NMI reported two wrong bits in a double word of bank 2; `read` returns false then. */
 bool parameter_flash_take_nmi(void);
 
 #endif

@@ -9,11 +9,11 @@ void pins_start(void);
 
 void pins_light_led(bool on);
 
-/* The coil of a holding brake, and what the brake's contact reports. */
+/* Set the coil of a holding brake, and read what the brake's contact reports. */
 void pins_release_brake(int axis, bool release);
 bool pins_brake_is_released(int axis);
 
-/* The button that restores node id and bit rate; read it a few microseconds after pins_start at the earliest. */
+/* Reads the button that restores node id and bit rate. Call it a few microseconds after pins_start at the earliest. */
 bool pins_button_is_held(void);
 
 #endif

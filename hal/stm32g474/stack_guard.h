@@ -11,7 +11,8 @@ enum { STACK_GUARD_SIZE_32_KIB = 14 };
 
 #define STACK_GUARD_WAS_HIT (SCB_CFSR_DACCVIOL | SCB_CFSR_MSTKERR | SCB_CFSR_MLSPERR) /* of CFSR */
 
-/* `below_stack` is the region's lowest address, a multiple of 32 KiB. Everything else stays as without an MPU. */
+/* Guards the stack. `below_stack` is the region's lowest address, a multiple of 32 KiB. Everything else stays as
+ * without an MPU. */
 static inline void stack_guard_start(uint32_t below_stack) {
   MPU->rnr = 0;
   MPU->rbar = below_stack;

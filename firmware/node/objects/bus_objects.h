@@ -31,7 +31,7 @@ void bus_objects_start(bus_objects *bus, const bus_settings *defaults, bool reco
 /* Notes that the CAN controller now has this bit rate. */
 void bus_objects_join(bus_objects *bus, uint16_t kbit_s);
 
-/* Result for lss_callbacks.store. */
+/* Returns the result for lss_callbacks.store. */
 lss_store_progress bus_objects_store(bus_objects *bus, const bus_settings *settings);
 
 #endif

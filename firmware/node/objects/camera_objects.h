@@ -57,7 +57,7 @@ typedef struct {
 /* Offsets point into `camera_objects`. */
 extern const od_table camera_objects_table;
 
-/* Whether writing this object hands the frame over. */
+/* Returns whether writing this object hands the frame over. */
 bool camera_objects_hand_over(const od_object *object);
 
 #endif

@@ -40,7 +40,7 @@ uint8_t retained_groups(uint8_t group);
  * stored. */
 void persisted_objects_copy(persisted_objects *to, const persisted_objects *from, uint8_t groups);
 
-/* Whether the objects that persisted_objects_copy would copy are equal already. */
+/* Returns whether the objects that persisted_objects_copy would copy are equal already. */
 bool persisted_objects_are_same(const persisted_objects *kept, const persisted_objects *other, uint8_t groups);
 
 /* Copies the communication objects that are marked as stored. */
@@ -66,11 +66,11 @@ typedef struct {
 bool persisted_objects_from_rows(persisted_objects *kept, const parameter_row *rows, uint32_t count,
                                  persisted_rows_report *report);
 
-/* Whether all guarded values are equal. */
+/* Returns whether all guarded values are equal. */
 bool persisted_objects_same_guarded(const persisted_objects *one, const persisted_objects *other);
 
-/* Whether these values may be in effect together; `dictionary` is the node's, for the mapped objects of PDOs. Cost:
- * builds the gains of both axes. */
+/* Returns whether these values may be in effect together; `dictionary` is the node's, for the mapped objects of PDOs.
+ * Cost: builds the gains of both axes. */
 bool persisted_objects_are_good(const persisted_objects *kept, const object_dictionary *dictionary);
 
 #endif
