@@ -168,17 +168,48 @@ def _highest(elements: Satrec, site: Site, begin: datetime, duration_s: float) -
     return float(directions(elements, site, begin, time_s).elevation_rad.max())
 
 
-def pass_trajectory(name: str, elements: Satrec, site: Site, which: Pass, heading_rad: float, turn: float = 0.0) -> Trajectory:
-    """Joint angles: azimuth counts counter-clockwise from `heading_rad` (clockwise from north), plus whole turns."""
+@dataclass(frozen=True)
+class Base:
+    """How the tracker stands, rad: the direction of joint azimuth 0, clockwise from north; about it the roll, which raises the
+    left side; and the pitch, which raises the front."""
+
+    heading_rad: float = 0.0
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+
+    def matrix(self) -> Real:
+        """From its frame (ahead, left, up) to north, west, up: yaw, then pitch, then roll."""
+        (sin_h, cos_h), (sin_r, cos_r), (sin_p, cos_p) = (
+            (math.sin(angle), math.cos(angle)) for angle in (self.heading_rad, self.roll_rad, self.pitch_rad)
+        )
+        yaw = np.array([[cos_h, sin_h, 0.0], [-sin_h, cos_h, 0.0], [0.0, 0.0, 1.0]])
+        pitch = np.array([[cos_p, 0.0, -sin_p], [0.0, 1.0, 0.0], [sin_p, 0.0, cos_p]])
+        roll = np.array([[1.0, 0.0, 0.0], [0.0, cos_r, -sin_r], [0.0, sin_r, cos_r]])
+        return np.asarray(yaw @ pitch @ roll)
+
+
+def joints_of(seen: Directions, base: Base) -> tuple[Real, Real, Real, Real]:
+    """Angles of azimuth (continuous) and pitch, then their rates."""
+    sin_a, cos_a = np.sin(seen.azimuth_rad), np.cos(seen.azimuth_rad)
+    sin_e, cos_e = np.sin(seen.elevation_rad), np.cos(seen.elevation_rad)
+    rate_a, rate_e = seen.azimuth_rate_rad_s, seen.elevation_rate_rad_s
+    to_base = base.matrix().T
+    x, y, z = to_base @ np.array([cos_e * cos_a, -cos_e * sin_a, sin_e])
+    x_s, y_s, z_s = to_base @ np.array([
+        -rate_e * sin_e * cos_a - rate_a * cos_e * sin_a, rate_e * sin_e * sin_a - rate_a * cos_e * cos_a, rate_e * cos_e,
+    ])  # fmt: skip
+    level = np.hypot(x, y)
+    return np.unwrap(np.arctan2(y, x)), np.arctan2(z, level), (x * y_s - y * x_s) / level**2, z_s / level
+
+
+def pass_trajectory(name: str, elements: Satrec, site: Site, which: Pass, base: Base, turn: float = 0.0) -> Trajectory:
+    """Joint angles: azimuth counts counter-clockwise from the base's heading, plus whole turns."""
     rows = min(max(2, round(which.duration_s / ROW_S) + 1), MOST_ROWS)
     time_s: Real = np.linspace(0.0, which.duration_s, rows, dtype=np.float64)
-    seen = directions(elements, site, which.begin, time_s)
-    azimuth = heading_rad - seen.azimuth_rad
+    azimuth, pitch, azimuth_rate, pitch_rate = joints_of(directions(elements, site, which.begin, time_s), base)
     azimuth = azimuth - 2 * math.pi * round(float(azimuth[rows // 2]) / (2 * math.pi)) + 2 * math.pi * turn
     places = [f"{name}, {which.begin + timedelta(seconds=float(t)):%H:%M:%S} UTC" for t in time_s]
-    return Trajectory(
-        time_s, {0: azimuth, 1: seen.elevation_rad}, {0: -seen.azimuth_rate_rad_s, 1: seen.elevation_rate_rad_s}, places
-    )
+    return Trajectory(time_s, {0: azimuth, 1: pitch}, {0: azimuth_rate, 1: pitch_rate}, places)
 
 
 def parse_time(text: str) -> datetime:

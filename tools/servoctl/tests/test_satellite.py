@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from sgp4.api import Satrec
 from sgp4.io import compute_checksum
 from skyfield.api import EarthSatellite, load, wgs84
 
 from servoctl.errors import InputError
-from servoctl.satellite import SEARCH_H, Real, Site, directions, next_pass, parse_time, pass_trajectory
+from servoctl.satellite import SEARCH_H, Base, Real, Site, directions, joints_of, next_pass, parse_time, pass_trajectory
 from servoctl.text_file import read_text
 from servoctl.two_lines import TwoLines, choose, is_elements, read_entries
 
@@ -97,13 +98,33 @@ def test_rates_are_those_of_the_angles_and_joints_turn_in_the_opposite_sense(tmp
     ):  # fmt: skip
         assert np.gradient(angle, 0.5)[1:-1] == pytest.approx(rate[1:-1], abs=2e-7)
     for turn in (-1, 0, 1):
-        joints = pass_trajectory(name, satellite, site, found, math.radians(90.0), turn)
+        joints = pass_trajectory(name, satellite, site, found, Base(math.radians(90.0)), turn)
         north = directions(satellite, site, found.begin, joints.time_s).azimuth_rad
         offset = (math.radians(90.0) - north - joints.angle_rad[0]) / (2 * math.pi)
         assert np.ptp(offset) < 1e-12 and offset[0] == pytest.approx(round(float(offset[0])), abs=1e-9)
         assert joints.angles(0, joints.time_s[:-1] + 0.05) == pytest.approx(
             joints.angle_rad[0][:-1] + 0.05 * joints.rate_rad_s[0][:-1], abs=1e-5
         )
+
+
+def test_a_tilted_tracker_looks_in_the_same_direction(tmp_path: Path) -> None:
+    """Each joint angle, put back through scipy's rotations, is the direction over the ground; the rates are its slope."""
+    satellite = Satrec.twoline2rv(*LINES)
+    found = next_pass(satellite, SITE, AFTER, TEN)
+    time_s: Real = np.arange(0.0, found.duration_s, 0.5, dtype=np.float64)
+    seen = directions(satellite, SITE, found.begin, time_s)
+    heading, roll, pitch = math.radians(143.0), math.radians(7.0), math.radians(-4.0)
+    azimuth, elevation, azimuth_rate, elevation_rate = joints_of(seen, Base(heading, roll, pitch))
+    base = Rotation.from_euler("ZYX", [-heading, -pitch, roll])
+    for row in range(len(time_s)):
+        sight = (base * Rotation.from_euler("ZY", [azimuth[row], -elevation[row]])).apply([1.0, 0.0, 0.0])
+        level = math.cos(seen.elevation_rad[row])
+        wanted = [
+            level * math.cos(seen.azimuth_rad[row]), -level * math.sin(seen.azimuth_rad[row]), math.sin(seen.elevation_rad[row]),
+        ]  # fmt: skip
+        assert sight == pytest.approx(wanted, abs=1e-12)
+    assert np.gradient(azimuth, 0.5)[1:-1] == pytest.approx(azimuth_rate[1:-1], abs=1e-4)
+    assert np.gradient(elevation, 0.5)[1:-1] == pytest.approx(elevation_rate[1:-1], abs=1e-4)
 
 
 @pytest.mark.parametrize("lines, words", [
@@ -255,4 +276,4 @@ def test_one_that_rises_and_then_stays_is_followed_from_its_rise() -> None:
 def test_a_long_pass_has_no_more_rows_than_can_be_checked() -> None:
     satellite = Satrec.twoline2rv(*geostationary(21.0))
     found = next_pass(satellite, SITE, AFTER, TEN, 24 * 3600.0)
-    assert len(pass_trajectory("GEO", satellite, SITE, found, 0.0).time_s) == 36_000
+    assert len(pass_trajectory("GEO", satellite, SITE, found, Base()).time_s) == 36_000

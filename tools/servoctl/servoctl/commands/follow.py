@@ -78,6 +78,7 @@ class SkyOptions:
 
     site: tuple[float, float, float] | None
     heading_rad: float
+    tilt_rad: tuple[float, float]
     after: str | None
     lowest_rad: float
     rehearse: bool
@@ -94,6 +95,11 @@ class SkyOptions:
 @click.option(
     "--heading", type=ANGLE, default="0", show_default=True,
     help="Two-line elements: direction of joint azimuth 0, clockwise from north (°).",
+)
+@click.option(
+    "--tilt", type=(ANGLE, ANGLE), metavar="ROLL PITCH", default=("0", "0"),
+    help="Two-line elements: how far the tracker stands off level (°): ROLL raises its left side, PITCH its front, seen from joint"
+    " azimuth 0.  [default: 0 0]",
 )
 @click.option(
     "--after", metavar="TIME",
@@ -113,8 +119,8 @@ class SkyOptions:
 @following_options("first angle")
 @common
 def follow(
-    session: Session, file: Path, site: tuple[float, float, float] | None, heading: float, after: str | None, lowest: float,
-    satellite: str, rehearse: bool, seconds: float | None, slew_rate: float, interval: float, plot: Path | None, overwrite: bool,
+    session: Session, file: Path, site: tuple[float, float, float] | None, heading: float, tilt: tuple[float, float], after: str | None,
+    lowest: float, satellite: str, rehearse: bool, seconds: float | None, slew_rate: float, interval: float, plot: Path | None, overwrite: bool,
     dry_run: bool, yes: bool,
 ) -> None:  # fmt: skip
     """Follow a trajectory of the joints over time in mode csp: FILE is a CSV file, or has the two-line elements of a
@@ -131,7 +137,7 @@ def follow(
     does not set is followed for --seconds.
     """
     check_plot(session, plot, overwrite, file)
-    sky = SkyOptions(site, heading, after, lowest, rehearse, satellite, seconds)
+    sky = SkyOptions(site, heading, tilt, after, lowest, rehearse, satellite, seconds)
     source = _source(read_text(file), sky)
     with session.connect() as device:
         limits = {axis: _limits(Drive(device, axis)) for axis in source.candidates[0].angle_rad}
@@ -211,7 +217,7 @@ def _satellite(file: TextFile, sky: SkyOptions) -> Source:
 
 
 def _pass(chosen: TwoLines, site: Site, sky: SkyOptions, after: datetime, note: str) -> Source:
-    from ..satellite import ENDLESS_S, next_pass, pass_trajectory
+    from ..satellite import ENDLESS_S, Base, next_pass, pass_trajectory
     from ..two_lines import age_days
 
     elements = chosen.satrec()
@@ -229,8 +235,9 @@ def _pass(chosen: TwoLines, site: Site, sky: SkyOptions, after: datetime, note: 
     days = age_days(elements, found.begin)
     if abs(days) > OLD_DAYS:
         note += f"{' ' if note else ''}the elements are {days:.0f} days from the pass: after {OLD_DAYS:g} days a low satellite may be off by degrees."
+    base = Base(sky.heading_rad, *sky.tilt_rad)
     covered = found if found.sets else replace(found, duration_s=longest_s + JOIN_S)
-    turns = [pass_trajectory(chosen.name, elements, site, covered, sky.heading_rad, turn) for turn in (0, 1, -1)]
+    turns = [pass_trajectory(chosen.name, elements, site, covered, base, turn) for turn in (0, 1, -1)]
     return Source(
         _pass_text(chosen.name, found, sky), turns, found.begin, note, None if found.sets else longest_s,
         lambda: _pass(chosen, site, sky, found.end + timedelta(seconds=1.0), note),
