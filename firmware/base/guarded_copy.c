@@ -22,6 +22,7 @@ int guarded_copy_add(guarded_copy *copy, const void *data, uint32_t bytes) {
 
 void guarded_copy_seal(guarded_copy *copy, int block) {
   const guarded_block *sealed = &copy->blocks[block];
+  /* Bound: GUARDED_WORDS: guarded_copy_add refuses more. */
   for (uint32_t i = 0; i < sealed->words; ++i) {
     copy->complement[sealed->first + i] = ~word_of(sealed, i);
   }
@@ -30,6 +31,7 @@ void guarded_copy_seal(guarded_copy *copy, int block) {
 /* Whether one of these words differs from its copy. */
 static bool differ(const guarded_block *block, const uint32_t *complement, uint32_t from, uint32_t end) {
   uint32_t equal_bits = UINT32_MAX;
+  /* Bound: GUARDED_SETS_WORDS_PER_MS: what its caller gives. */
   for (uint32_t i = from; i < end; ++i) {
     equal_bits &= word_of(block, i) ^ complement[i];
   }

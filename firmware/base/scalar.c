@@ -79,6 +79,7 @@ float scalar_atan2(float y, float x) {
 }
 
 control_status scalar_check_ranges(const scalar_range *ranges, int count) {
+  /* Bound: length of the caller's array of ranges, which is constant. */
   for (int i = 0; i < count; ++i) {
     if (!isfinite(ranges[i].value)) {
       return CONTROL_NOT_FINITE;

@@ -15,6 +15,7 @@ static uint64_t rotated(uint64_t value, uint32_t bits) {
 }
 
 static void mix(sip_state *s, int rounds) {
+  /* Bound: FINAL_ROUNDS. */
   for (int i = 0; i < rounds; ++i) {
     s->v0 += s->v1;
     s->v2 += s->v3;
@@ -37,6 +38,7 @@ static void take_word(sip_state *s, uint64_t word) {
 
 static uint64_t word_of(const uint8_t *bytes, uint32_t length) {
   uint64_t word = 0;
+  /* Bound: WORD_BYTES. */
   for (uint32_t i = 0; i < length; ++i) {
     const uint32_t shift = 8u * i;
     word |= (uint64_t)bytes[i] << shift;
@@ -51,6 +53,7 @@ uint64_t siphash(const siphash_key *key, const uint8_t *bytes, uint32_t length) 
                  .v2 = key->low ^ UINT64_C(0x6C7967656E657261),
                  .v3 = key->high ^ UINT64_C(0x7465646279746573)};
   const uint32_t rest = length % WORD_BYTES;
+  /* Bound: 8 bytes of a word of the access lock. */
   for (uint32_t i = 0; i + WORD_BYTES <= length; i += WORD_BYTES) {
     take_word(&s, word_of(&bytes[i], WORD_BYTES));
   }

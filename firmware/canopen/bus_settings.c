@@ -18,6 +18,7 @@ uint16_t bus_kbit_s_of_index(uint8_t index) { return index < BIT_RATES ? kbit_s_
 
 uint8_t bus_index_of_kbit_s(uint16_t kbit_s) {
   uint8_t index = 0;
+  /* Bound: BIT_RATES. */
   while (index < BIT_RATES && (kbit_s == 0 || kbit_s_of_index[index] != kbit_s)) {
     index++;
   }
@@ -55,6 +56,7 @@ static bool is_inhibit_time(const od_entry *entry) {
 }
 
 void bus_defaults_follow(const od_table *table, void *values, const bus_settings *from, const bus_settings *to) {
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < table->count; i++) {
     const od_entry *entry = &table->entries[i];
     uint8_t *place = (uint8_t *)values + entry->offset;

@@ -172,6 +172,7 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   memset(&node->objects, 0, sizeof node->objects);
   node->parts[PART_COMMUNICATION] = own_part(node, &communication_profile_table);
   node->parts[PART_DEVICE] = own_part(node, config->device_table);
+  /* Bound: CANOPEN_PARTS: checked before (good). */
   for (uint32_t i = 0; i < config->part_count; i++) {
     node->parts[NODE_PARTS + i] = config->parts[i];
   }
@@ -200,6 +201,7 @@ bool canopen_is_heartbeat(const can_frame *frame) {
 
 uint32_t canopen_sdo_channel_of(const canopen_node *node, const can_frame *frame) {
   uint32_t channel = 0;
+  /* Bound: SDO_CHANNELS. */
   while (channel < SDO_CHANNELS && frame->id != node->listeners.sdo_request[channel]) {
     channel++;
   }
@@ -384,7 +386,9 @@ static void tick_overruns(canopen_node *node) {
 
 /* TPDOs carry the result that the tick computed from the RPDOs. */
 static void report_syncs(canopen_node *node) {
+  /* Bound: CANOPEN_FRAMES_PER_CALL: none is added beyond it (receive_sync). */
   for (uint32_t i = 0; i < node->sync_count; i++) {
+    /* Bound: TPDO_COUNT: at most 1 + the last of them (node_objects.c). */
     for (uint32_t n = 0; n < node->tpdos_in_use; n++) {
       tpdo_sync(&node->tpdos[n], node->sync_counter[i]);
     }
@@ -402,6 +406,7 @@ static void tick_pdos(canopen_node *node) {
       }
     }
   }
+  /* Bound: TPDO_COUNT: at most 1 + the last of them (node_objects.c). */
   for (uint32_t n = 0; n < node->tpdos_in_use; n++) {
     if (tpdo_is_monitored(&node->tpdos[n])) {
       tpdo_tick(&node->tpdos[n], &node->sender);

@@ -22,6 +22,7 @@ static bool send_sdo(canopen_node *node, uint32_t channel) {
 
 void canopen_send_sdos(canopen_node *node, uint32_t limit) {
   uint32_t idle = 0;
+  /* Bound: CANOPEN_SDO_FRAMES_PER_CALL: what its caller gives. */
   for (uint32_t i = 0; i < limit && idle < SDO_CHANNELS; i++) {
     idle = send_sdo(node, node->first_sdo) ? 0 : idle + 1;
     node->first_sdo = (node->first_sdo + 1) % SDO_CHANNELS;

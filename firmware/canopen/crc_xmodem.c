@@ -8,6 +8,7 @@ static uint16_t step(uint16_t crc, uint8_t nibble) {
 }
 
 uint16_t crc_xmodem(uint16_t crc, const uint8_t *bytes, uint32_t length) {
+  /* Bound: 7 bytes of a segment. */
   for (uint32_t i = 0; i < length; i++) {
     crc = step(crc, (uint8_t)(bytes[i] >> 4));
     crc = step(crc, (uint8_t)(bytes[i] & 0xFu));

@@ -6,6 +6,7 @@
 
 static void update_register(const emergency_producer *self, emergency_objects *objects) {
   uint8_t bits = 0;
+  /* Bound: EMERGENCY_ACTIVE: none is added beyond it. */
   for (uint8_t i = 0; i < self->active_count; i++) {
     bits = (uint8_t)(bits | self->active[i].register_bits | ERROR_GENERIC);
   }
@@ -43,6 +44,7 @@ static void report(emergency_producer *self, const emergency_objects *objects, c
 /* Index of an error among the active ones; active_count when it is not active. */
 static uint8_t find(const emergency_producer *self, uint8_t source, uint16_t code) {
   uint8_t i = 0;
+  /* Bound: EMERGENCY_ACTIVE: none is added beyond it. */
   while (i < self->active_count && (self->active[i].code != code || self->active[i].source != source)) {
     i++;
   }

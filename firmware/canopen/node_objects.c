@@ -62,6 +62,7 @@ static bool may_share(uint32_t one, uint32_t other) {
 /* Whether `cob_id`, as the COB-ID of `use`, has the identifier of another of the first `count` uses. */
 static bool is_taken(const communication_objects *objects, uint32_t use, uint32_t cob_id, uint32_t count) {
   bool taken = false;
+  /* Bound: USES: what its callers give. */
   for (uint32_t other = 0; other < count && cob_id_is_valid(cob_id); other++) {
     taken = taken || (other != use && !may_share(use, other) && is_valid_and_same(cob_id_of(objects, other), cob_id));
   }
@@ -324,6 +325,7 @@ void node_objects_listen(canopen_node *node) {
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     node->sync_is_used = node->sync_is_used || (node->rpdos[n].on && node->rpdos[n].synchronous);
   }
+  /* Bound: TPDO_COUNT: at most 1 + the last of them. */
   for (uint32_t n = 0; n < node->tpdos_in_use; n++) {
     node->sync_is_used = node->sync_is_used || (node->tpdos[n].on && node->tpdos[n].synchronous);
   }

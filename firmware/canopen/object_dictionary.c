@@ -19,6 +19,7 @@ static uint32_t key_at(const od_entry *entry) {
 static uint32_t lower_bound(const od_table *table, uint32_t key) {
   uint32_t first = 0;
   uint32_t length = table->count;
+  /* Bound: 32: length is halved each time. */
   while (length > 0) {
     const uint32_t half = length / 2;
     const od_entry *middle = &table->entries[first + half];
@@ -38,8 +39,10 @@ static bool has_index(const od_table *table, uint32_t row, uint32_t index) {
 
 void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count) {
   *groups = (od_groups){{0}};
+  /* Bound: OD_GROUPED_PARTS. */
   for (uint32_t i = 0; i < count && i < OD_GROUPED_PARTS; i++) {
     const od_table *table = &parts[i].table;
+    /* Bound: rows of a table, which is constant; at the start, not in the tick. */
     for (uint32_t row = 0; row < table->count; row++) {
       const uint16_t index = (uint16_t)(table->entries[row].index + parts[i].shift);
       groups->parts[index >> OD_GROUP_SHIFT] |= UINT32_C(1) << i;
@@ -67,6 +70,7 @@ od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t su
   const od_groups *groups = dictionary->groups;
   uint32_t candidates = groups != NULL ? groups->parts[index >> OD_GROUP_SHIFT] : UINT32_MAX;
   od_abort answer = OD_NO_OBJECT;
+  /* Bound: CANOPEN_PARTS. */
   for (uint32_t i = 0; i < dictionary->count && candidates != 0 && answer != OD_OK; i++) {
     if ((candidates & 1u) != 0) {
       const od_abort here = find_in(&dictionary->parts[i], index, sub, object);
@@ -188,6 +192,7 @@ od_number od_default(const od_object *object) {
 /* Length of a text that fills `capacity` bytes or ends earlier. */
 static uint16_t text_length(const char *text, uint16_t capacity) {
   uint16_t length = 0;
+  /* Bound: capacity: the bytes of an entry, whose row is constant. */
   while (text != NULL && length < capacity && text[length] != '\0') {
     length++;
   }
@@ -274,6 +279,7 @@ static od_abort check_text(const od_entry *entry, const uint8_t *bytes, uint16_t
   if (length > entry->bytes) {
     return OD_TOO_LONG;
   }
+  /* Bound: the bytes of an entry, checked just before. */
   for (uint16_t i = 0; i < length; i++) {
     if (bytes[i] < 0x20 || bytes[i] > 0x7E) {
       return OD_BAD_VALUE;
@@ -355,6 +361,7 @@ od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length
 }
 
 void od_restore_defaults(const od_part *part, uint8_t node_id) {
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < part->table.count; i++) {
     const od_object object = {part, &part->table.entries[i]};
     od_number preset = object.entry->preset;
@@ -366,6 +373,7 @@ void od_restore_defaults(const od_part *part, uint8_t node_id) {
 }
 
 void od_copy_stored(const od_table *table, const void *from, void *to) {
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < table->count; i++) {
     const od_entry *entry = &table->entries[i];
     if ((entry->flags & OD_STORED) != 0 && entry->offset != OD_NO_VALUE) {
@@ -376,6 +384,7 @@ void od_copy_stored(const od_table *table, const void *from, void *to) {
 
 static bool are_same(const od_table *table, const void *one, const void *other, uint8_t flag) {
   bool same = true;
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < table->count && same; i++) {
     const od_entry *entry = &table->entries[i];
     if ((entry->flags & flag) != 0 && entry->offset != OD_NO_VALUE) {

@@ -139,6 +139,7 @@ static od_table_fault check_place(const od_entry *head, const od_entry *before, 
 
 od_table_verdict od_check_table(const od_table *table) {
   const od_entry *head = NULL;
+  /* Bound: rows of a table, which is constant; for tests and the start, not for the tick. */
   for (uint32_t i = 0; i < table->count; i++) {
     const od_entry *entry = &table->entries[i];
     od_table_fault fault = check_place(head, i == 0 ? NULL : entry - 1, entry);
@@ -154,6 +155,7 @@ od_table_verdict od_check_table(const od_table *table) {
 }
 
 od_table_verdict od_check_dictionary(const object_dictionary *dictionary) {
+  /* Bound: CANOPEN_PARTS. */
   for (uint32_t i = 0; i < dictionary->count; i++) {
     const od_part *part = &dictionary->parts[i];
     const object_dictionary before = {.parts = dictionary->parts, .count = i};
@@ -161,6 +163,7 @@ od_table_verdict od_check_dictionary(const object_dictionary *dictionary) {
     if (verdict.fault != OD_TABLE_GOOD) {
       return verdict;
     }
+    /* Bound: rows of a table, which is constant. */
     for (uint32_t row = 0; row < part->table.count; row++) {
       const od_object object = {part, &part->table.entries[row]};
       od_object other;

@@ -79,6 +79,7 @@ od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction directio
   if (mapping->count > PDO_OBJECTS) {
     return OD_MAPPING_TOO_LONG;
   }
+  /* Bound: PDO_OBJECTS: the limit of the object behind it, 0x1600:0 and 0x1A00:0. */
   for (uint8_t i = 0; i < mapping->count; i++) {
     od_object found;
     uint8_t bytes = 0;
@@ -105,6 +106,7 @@ static void read_item(const pdo_item *item, uint8_t *bytes) {
 void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]) {
   uint8_t *place = bytes;
   const pdo_item *end = &map->item[map->count];
+  /* Bound: PDO_OBJECTS: the items of a map. */
   for (const pdo_item *item = map->item; item < end; item++) {
     if (item->from != NULL) {
       od_copy_number(place, item->from, item->bytes);
@@ -122,6 +124,7 @@ static bool is_there(const pdo_item *item, const uint8_t *bytes) {
 
 static od_abort check(const pdo_map *map, const uint8_t *bytes, od_object *refused) {
   od_abort answer = OD_OK;
+  /* Bound: PDO_OBJECTS: copied from such an object. */
   for (uint8_t i = 0; i < map->count && answer == OD_OK; i++) {
     const pdo_item *item = &map->item[i];
     if (item->checked && !is_there(item, bytes)) {
@@ -147,6 +150,7 @@ static od_abort write_item(const pdo_item *item, const uint8_t *bytes) {
 bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes) {
   bool waits = false;
   const pdo_item *end = &map->item[map->waiting];
+  /* Bound: PDO_OBJECTS: the items of a map. */
   for (const pdo_item *item = map->item; item < end; item++) {
     waits = waits || (item->waits && !is_there(item, bytes) && /* seldom: a command changes */
                       item->object.part->hooks->waits(item->object.part->owner, &item->object));
@@ -158,6 +162,7 @@ bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes) {
 bool pdo_obey_stops(const pdo_map *map, const uint8_t *bytes, uint8_t length) {
   bool obeyed = false;
   uint8_t end = 0;
+  /* Bound: PDO_OBJECTS: copied from such an object. */
   for (uint8_t i = 0; i < map->count; i++) {
     const pdo_item *item = &map->item[i];
     end = (uint8_t)(end + item->bytes);
@@ -178,6 +183,7 @@ od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES], o
   }
   const uint8_t *place = bytes;
   const pdo_item *end = &map->item[map->count];
+  /* Bound: PDO_OBJECTS: the items of a map. */
   for (const pdo_item *item = map->item; item < end; item++) {
     const od_abort written = write_item(item, place);
     if (written != OD_OK && answer == OD_OK) {

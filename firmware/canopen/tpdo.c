@@ -36,6 +36,7 @@ static bool has_changed(const tpdo *self, const uint8_t *bytes) {
   if (memcmp(bytes, self->frame.data, CAN_FRAME_BYTES) == 0) {
     return false;
   }
+  /* Bound: 8 bytes of a frame: a mapping is refused beyond them. */
   for (uint8_t i = 0; i < self->map.length; i++) {
     if ((self->map.event_mask >> i & 1u) != 0 && bytes[i] != self->frame.data[i]) {
       return true;
@@ -89,6 +90,7 @@ static void tick_by_sync(tpdo *self, const can_sender *sender) {
   }
   self->event = false;
   memcpy(self->frame.data, bytes, sizeof bytes);
+  /* Bound: 255: counted in 8 bits; CANOPEN_FRAMES_PER_CALL SYNCs a ms. */
   for (uint8_t i = 0; i < due; i++) { /* one per SYNC, however fast they come */
     (void)send(self, sender);
   }

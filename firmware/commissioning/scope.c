@@ -25,6 +25,7 @@ scope_status scope_check(const scope_config *config) {
   if (config->channels == 0 || config->channels > SCOPE_CHANNELS) {
     return SCOPE_BAD_CHANNELS;
   }
+  /* Bound: SCOPE_CHANNELS: checked just before. */
   for (int i = 0; i < config->channels; ++i) {
     const scope_channel *channel = &config->channel[i];
     if (channel->source == NULL || (unsigned)channel->kind > (unsigned)SCOPE_UINT32) {
@@ -93,6 +94,7 @@ static float as_float(scope_kind kind, uint32_t word) {
 
 static void take_frame(scope *s) {
   const uint32_t channels = s->config.channels;
+  /* Bound: SCOPE_CHANNELS: scope_check asks for it. */
   for (uint32_t i = 0; i < channels; ++i) {
     memcpy(&s->words[s->next_frame * channels + i], s->config.channel[i].source, sizeof s->words[0]);
   }
@@ -199,6 +201,7 @@ scope_status scope_read(const scope *s, uint32_t offset, uint8_t *bytes, uint32_
     return SCOPE_OUT_OF_RANGE;
   }
   const uint32_t header = header_words(s);
+  /* Bound: 7 bytes of an SDO segment. */
   for (uint32_t i = 0; i < length; ++i) {
     const uint32_t index = (offset + i) / 4;
     const uint32_t word = index < header ? header_word(s, index) : frame_word(s, index - header);

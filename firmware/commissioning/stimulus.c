@@ -51,6 +51,7 @@ float stimulus_peak_rate_rad_s(const stimulus_setup *setup) {
     return 0.0f;
   }
   float rate_rad_s = setup->low_rad_s;
+  /* Bound: 1000, the limit of 0x2100:5; when an experiment is set up or started, not in each tick. */
   for (uint32_t i = 1; setup->kind == STIMULUS_SWEEP && i < setup->count && rate_rad_s < BEYOND_EVERY_LIMIT_RAD_S;
        ++i) {
     rate_rad_s *= setup->speed_ratio;
@@ -66,6 +67,7 @@ float stimulus_peak_torque_nm(const stimulus_setup *setup) {
 static float sum_of_rates_rad_s(const stimulus_setup *setup) {
   float rate_rad_s = setup->low_rad_s;
   float sum_rad_s = 0.0f;
+  /* Bound: 1000, the limit of 0x2100:5; when an experiment is set up or started, not in each tick. */
   for (uint32_t i = 0; i < setup->count && sum_rad_s < BEYOND_EVERY_LIMIT_RAD_S; ++i) {
     sum_rad_s += rate_rad_s;
     rate_rad_s *= setup->speed_ratio;

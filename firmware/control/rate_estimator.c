@@ -24,6 +24,7 @@ float rate_estimator_step(rate_estimator_state *state, const rate_estimator_para
   float weight = 0.5f * (float)(n - 1);
   float weighted_turn32 = 0.0f;
   unsigned place = state->newest;
+  /* Bound: RATE_ESTIMATOR_WINDOW_MAX: window_ticks is checked when parameters are set. */
   for (int age = n - 1; age > 0; --age) {
     place = (place - 1u) % RATE_ESTIMATOR_MAX_WINDOW;
     weight -= 1.0f;

@@ -26,6 +26,7 @@ float target_tracker_los_motion_rad(const target_tracker_state *state, int age_t
   if ((unsigned)age_ticks > begun) {
     const unsigned blocks = ((unsigned)age_ticks - begun - 1u) / TARGET_TRACKER_BLOCK + 1u;
     unsigned last = state->newest - begun + TARGET_TRACKER_HISTORY - 1u; /* rest of the oldest block */
+    /* Bound: TARGET_TRACKER_HISTORY / TARGET_TRACKER_BLOCK: an age is below TARGET_TRACKER_HISTORY. */
     for (unsigned i = 0; i < blocks; ++i) {
       sum_rad_s += state->los_sum_rad_s[last % TARGET_TRACKER_HISTORY];
       last -= TARGET_TRACKER_BLOCK;

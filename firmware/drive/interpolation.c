@@ -4,6 +4,7 @@
 
 int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
   float period_s = (float)period;
+  /* Bound: 128: i begins with an int8_t. */
   for (int8_t i = exponent; i < 0 && period_s > 0.0f; ++i) { /* at most 128 */
     period_s /= 10.0f;
   }

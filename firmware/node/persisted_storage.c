@@ -37,6 +37,7 @@ static persisted_source source_of(const persisted_storage *storage, const parame
 }
 
 static const parameter_record *take_newest_good(persisted_storage *storage, const object_dictionary *dictionary) {
+  /* Bound: PARAMETER_STORE_MAX_RECORDS; at the start, not in the tick. */
   for (uint32_t n = 0; n < storage->store.count; ++n) {
     const parameter_record *record = &storage->store.found[n];
     persisted_rows_report rows = {.groups = 0};

@@ -33,8 +33,10 @@ static uint32_t add_entry(uint32_t crc, const od_object *object) {
 
 uint32_t schema_hash(const object_dictionary *dictionary) {
   uint32_t crc = CRC32_START;
+  /* Bound: CANOPEN_PARTS. */
   for (uint32_t part = 0; part < dictionary->count; ++part) {
     const od_table *table = &dictionary->parts[part].table;
+    /* Bound: rows of a table, which is constant. */
     for (uint32_t row = 0; row < table->count; ++row) {
       const od_object object = {&dictionary->parts[part], &table->entries[row]};
       crc = add_entry(crc, &object);

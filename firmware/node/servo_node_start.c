@@ -160,6 +160,7 @@ static void limit_travel(servo_node_axis *axis) {
 }
 
 static void name_hardware(char *name, const char *text) {
+  /* Bound: CANOPEN_HARDWARE_VERSION. */
   for (uint32_t i = 0; text != NULL && i < CANOPEN_HARDWARE_VERSION && text[i] != '\0'; ++i) {
     name[i] = text[i];
   }
@@ -198,6 +199,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   }
   od_part parts[CANOPEN_PARTS];
   const uint32_t count = describe_parts(node, parts);
+  /* Bound: CANOPEN_PARTS: what describe_parts has counted. */
   for (uint32_t i = 0; i < count; ++i) {
     if (parts[i].hooks != &tuning_objects_hooks && parts[i].hooks != &protection_objects_hooks &&
         parts[i].hooks != &servo_node_board_hooks) { /* configured */

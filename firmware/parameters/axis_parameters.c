@@ -33,6 +33,7 @@ static scalar_range range_of(const od_entry *entry) {
 }
 
 static parameter_refusal check_rows(const axis_parameters *p) {
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
     const od_entry *entry = &axis_parameters_table.entries[i];
     if (axis_parameters_has(entry)) {
@@ -52,6 +53,7 @@ static parameter_refusal check_rows(const axis_parameters *p) {
 /* `object` is refused for what `bound_by` is; its own range holds as well. */
 static parameter_refusal refuse(control_status status, uint32_t object, uint32_t bound_by, float low, float high) {
   parameter_refusal refusal = {status, object, bound_by, low, high};
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
     const od_entry *entry = &axis_parameters_table.entries[i];
     if (axis_parameters_has(entry) && PARAMETER_OBJECT(entry->index, entry->sub) == object) {

@@ -50,6 +50,7 @@ typedef struct {
 static page_account look_at_page(bus_settings_log *log, uint32_t page) {
   const hal_flash *flash = log->flash;
   page_account account = {0};
+  /* Bound: 256: double words of a page of 2 KiB; at the start only. */
   for (uint32_t unit = 0; unit < units_per_page(flash); ++unit) {
     log_entry entry;
     const uint32_t offset = page * flash->page_bytes + unit * HAL_FLASH_UNIT_BYTES;

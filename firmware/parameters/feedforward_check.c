@@ -17,6 +17,7 @@ static feedforward_limit friction_limit(uint32_t sub, uint32_t bound_by, float v
 }
 
 static parameter_refusal first_exceeded(const feedforward_limit *limits, int count) {
+  /* Bound: 7: the limits of its callers' tables. */
   for (int i = 0; i < count; ++i) {
     const feedforward_limit *limit = &limits[i];
     if (limit->value > limit->high) {

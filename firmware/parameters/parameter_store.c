@@ -49,6 +49,7 @@ static bool read_unit(const hal_flash *flash, uint32_t page, uint32_t unit, flas
 
 /* A double word that cannot be read is not blank. */
 static bool is_blank(const hal_flash *flash, uint32_t page) {
+  /* Bound: 256: double words of a page of 2 KiB. */
   for (uint32_t unit = 0; unit < units_per_page(flash); ++unit) {
     flash_unit read;
     if (!read_unit(flash, page, unit, &read) || (read.low & read.high) != UINT32_MAX) {
@@ -66,6 +67,7 @@ static bool fits(const hal_flash *flash, uint32_t page, uint32_t rows) {
 static bool sum(const hal_flash *flash, const parameter_record *record, parameter_row *rows, uint32_t *crc) {
   const flash_unit head[] = {{MAGIC, record->sequence}, {record->schema_hash, record->rows}};
   *crc = add_unit(add_unit(CRC32_START, head[0]), head[1]);
+  /* Bound: rows that fit the area: a record with more is damaged, and not read. */
   for (uint32_t row = 0; row < record->rows; ++row) {
     flash_unit unit;
     if (!read_unit(flash, record->page, row + 2, &unit)) {
@@ -116,6 +118,7 @@ static place_verdict look(const hal_flash *flash, parameter_record *record) {
 /* Keeps found[] in order, the newest first. */
 static void insert(parameter_store *store, const parameter_record *record) {
   uint32_t rank = store->count++;
+  /* Bound: PARAMETER_STORE_MAX_RECORDS: rank is counted down. */
   while (rank > 0 && record->sequence > store->found[rank - 1].sequence) {
     store->found[rank] = store->found[rank - 1];
     --rank;
@@ -163,6 +166,7 @@ static void add_doubts(parameter_store *store, const area_account accounts[PARAM
 
 /* Without a complete record: every head and every mark that can be read has the number of one. */
 static void raise_sequence(parameter_store *store, const hal_flash *flash) {
+  /* Bound: 1024: double words of an area, at a start without a complete record. */
   for (uint32_t unit = 0; unit < flash->pages * units_per_page(flash); ++unit) {
     flash_unit read;
     if (read_unit(flash, 0, unit, &read) && (read.low == MAGIC || read.low == COMMIT) &&
@@ -178,6 +182,7 @@ void parameter_store_open(parameter_store *store, const hal_flash areas[PARAMETE
   store->areas = areas;
   for (uint32_t area = 0; area < PARAMETER_STORE_AREAS; ++area) {
     uint32_t page = 0;
+    /* Bound: PARAMETER_STORE_MAX_PAGES: each round goes at least one page on. */
     while (page < areas[area].pages && page < PARAMETER_STORE_MAX_PAGES) {
       page = look_at_page(store, &accounts[area], area, page);
     }
@@ -244,6 +249,7 @@ static void place_in_doubt(const parameter_store *store, parameter_save *save) {
   const hal_flash *flash = &store->areas[save->record.area];
   const uint32_t pages = pages_of(flash, save->record.rows);
   uint32_t end = flash->pages;
+  /* Bound: pages of an area: end is counted down. */
   while (end > 0 && !is_begun(flash, end - 1)) {
     --end;
   }
@@ -288,6 +294,7 @@ static bool is_of_rest(const parameter_store *store, const parameter_save *save)
 /* Passes over pages that stay. */
 static bool has_rest(const parameter_store *store, parameter_save *save) {
   const uint32_t pages = PARAMETER_STORE_AREAS * store->areas[0].pages;
+  /* Bound: pages of both areas: rest is counted up. */
   while (save->rest < pages && !is_of_rest(store, save)) {
     save->rest++;
   }

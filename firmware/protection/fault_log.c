@@ -14,6 +14,7 @@ void fault_log_sample_tick(fault_log *log, int axis, const fault_log_sample *sam
 static void copy_history(const fault_log_history *history, fault_log_entry *entry) {
   entry->samples = history->count;
   const uint32_t oldest = history->next + 2u * FAULT_LOG_TICKS - history->count;
+  /* Bound: FAULT_LOG_TICKS: it is not counted beyond. */
   for (uint32_t i = 0; i < history->count; ++i) {
     entry->before[i] = history->sample[(oldest + i) % FAULT_LOG_TICKS];
   }

@@ -9,6 +9,7 @@
 static inline uint32_t angle_mean(const uint32_t *angle_turn32, int count) {
   int32_t mean = 0;
   int32_t rest = 0; /* more than -count^2, less than count^2 */
+  /* Bound: readings of an encoder in a tick, at most what encoder_spi.c keeps. */
   for (int i = 1; i < count; ++i) {
     const int32_t difference = (int32_t)(angle_turn32[i] - angle_turn32[0]);
     mean += difference / count;

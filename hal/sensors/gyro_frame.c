@@ -27,6 +27,7 @@ static uint32_t crc_with(uint32_t crc, uint8_t byte) { return crc << 8 ^ remaind
 
 uint32_t gyro_frame_crc(const uint8_t *bytes, uint32_t count) {
   uint32_t crc = UINT32_MAX;
+  /* Bound: bytes of a frame, GYRO_FRAME_BYTES. */
   for (uint32_t i = 0; i < count; ++i) {
     crc = crc_with(crc, bytes[i]);
   }
@@ -89,6 +90,7 @@ static uint32_t end_frame(gyro_frame_reader *reader, gyro_frame *frame) {
 static void append(gyro_frame_reader *reader, const volatile uint8_t *from, uint32_t count) {
   uint8_t *to = reader->bytes + reader->count;
   uint32_t crc = reader->crc;
+  /* Bound: bytes of a frame, GYRO_FRAME_BYTES. */
   for (uint32_t i = 0; i < count; ++i) {
     const uint8_t byte = from[i];
     to[i] = byte;
@@ -101,6 +103,7 @@ static void append(gyro_frame_reader *reader, const volatile uint8_t *from, uint
 uint32_t gyro_frame_take(gyro_frame_reader *reader, const volatile uint8_t *bytes, uint32_t count, gyro_frame *frame) {
   uint32_t frames = 0;
   uint32_t taken = 0;
+  /* Bound: bytes in the DMA's ring: each round takes at least one. */
   while (taken < count) {
     if (reader->count < HEADER_BYTES) {
       search_header(reader, bytes[taken++]);

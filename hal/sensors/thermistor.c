@@ -14,6 +14,7 @@ float thermistor_celsius(int counts) {
     return COLDEST_CELSIUS;
   }
   int hotter = 1;
+  /* Bound: POINTS of the table: each round goes one on. */
   while (hotter < POINTS - 1 && counts < counts_at[hotter]) {
     ++hotter;
   }

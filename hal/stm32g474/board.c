@@ -254,9 +254,11 @@ void hal_set_duty(hal *machine, int axis, float duty) {
 /* Once a second, on the 16 MHz oscillator. */
 static void blink_for_ever(void) {
   const uint32_t half_second_cycles = 8000000;
+  /* Bound: for ever: the clock has failed, the LED shows it; outputs are off. */
   for (bool lit = true;; lit = !lit) {
     pins_light_led(lit);
     const uint32_t start = clock_cycles();
+    /* Bound: half a second, on the core's own counter. */
     while (clock_cycles() - start < half_second_cycles) {
     }
   }

@@ -26,6 +26,7 @@ static can_queue waiting; /* from the deferred task to the interrupt */
 
 static bool wait_for_init(uint32_t wanted) {
   const uint32_t start = clock_cycles();
+  /* Bound: MAX_WAIT_US, by the if in it. */
   while ((FDCAN1->cccr & FDCAN_CCCR_INIT) != wanted) {
     if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;
@@ -40,6 +41,7 @@ void can_accept(const can_id_range *ranges, uint32_t count) {
 }
 
 static void write_filters(void) {
+  /* Bound: HAL_CAN_RANGES, limited when the ranges are set; at the start. */
   for (uint32_t i = 0; i < accepted_count; ++i) {
     FDCAN1_RAM->standard_filter[i] = FIELD_VALUE(STANDARD_FILTER_SFT, FILTER_TYPE_RANGE) |
                                      FIELD_VALUE(STANDARD_FILTER_SFEC, FILTER_TO_FIFO_0) |

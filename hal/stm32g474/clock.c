@@ -52,6 +52,7 @@ static bool switch_to_pll(void) {
   if (!wait_for(&RCC->cfgr, RCC_CFGR_SWS, FIELD_VALUE(RCC_CFGR_SWS, RCC_SYSCLK_PLL))) {
     return false;
   }
+  /* Bound: a constant of the function. */
   for (int poll = 0; poll < polls_of_1_us; ++poll) {
     (void)RCC->cfgr;
   }
@@ -93,6 +94,7 @@ uint32_t clock_cycles(void) { return DWT->cyccnt; }
 
 void clock_wait_us(uint32_t us) {
   const uint32_t start = clock_cycles();
+  /* Bound: the requested time, on the core's own counter. */
   while (clock_cycles() - start < us * CLOCK_CYCLES_PER_US) {
   }
 }

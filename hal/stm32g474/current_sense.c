@@ -10,6 +10,7 @@ enum { CHANNEL_AZIMUTH_CURRENT = 1, CHANNEL_BUS = 6, CHANNEL_PITCH_CURRENT = 2, 
 
 static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t wanted) {
   const uint32_t start = clock_cycles();
+  /* Bound: MAX_WAIT_US, by the if in it. */
   while ((*word & mask) != wanted) {
     if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;
@@ -66,6 +67,7 @@ bool current_sense_wait(void) {
   const uint32_t max_wait_us = 200;
   const uint32_t start = clock_cycles();
   current_sense_acknowledge();
+  /* Bound: 200 us, by the if in it. */
   while ((ADC1->isr & ADC2->isr & ADC1_ISR_JEOS) == 0) {
     if (clock_cycles() - start > max_wait_us * CLOCK_CYCLES_PER_US) {
       return false;

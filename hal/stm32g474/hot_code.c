@@ -16,6 +16,7 @@ static uint32_t word_count(void) {
 
 void hot_code_load(void) {
   const uint32_t words = word_count();
+  /* Bound: 8192, the words of the CCM SRAM; at the start. */
   for (uint32_t i = 0; i < words; ++i) {
     hot_code_start[i] = hot_code_image[i];
   }
@@ -28,6 +29,7 @@ void hot_code_load(void) {
 bool hot_code_check_step(uint32_t *at, uint32_t words) {
   const uint32_t end = word_count();
   uint32_t wrong = 0;
+  /* Bound: 8192, the words of the CCM SRAM, at the start; 8 in the background. */
   for (uint32_t i = 0; i < words && *at < end; ++i) {
     wrong |= hot_code_start[*at] ^ hot_code_image[*at];
     ++*at;

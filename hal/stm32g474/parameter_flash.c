@@ -29,6 +29,7 @@ static const uint32_t errors = FLASH_SR_OPERR | FLASH_SR_PROGERR | FLASH_SR_WRPE
 
 static bool wait_until_idle(const hal_flash *flash) {
   const uint32_t start = clock_cycles();
+  /* Bound: MAX_WAIT_US, by the if in it. */
   while ((FLASH->sr & FLASH_SR_BSY) != 0) {
     if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;

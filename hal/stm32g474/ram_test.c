@@ -24,6 +24,7 @@ __attribute__((section(".noinit"))) static volatile struct {
 /* Both return the bits in which any word was wrong. */
 static uint32_t upwards(volatile uint32_t *first, uint32_t words, uint32_t expected, uint32_t written) {
   uint32_t wrong = 0;
+  /* Bound: 24576, the words of the RAM; at the start. */
   for (uint32_t i = 0; i < words; ++i) {
     wrong |= first[i] ^ expected;
     first[i] = written;
@@ -33,6 +34,7 @@ static uint32_t upwards(volatile uint32_t *first, uint32_t words, uint32_t expec
 
 static uint32_t downwards(volatile uint32_t *first, uint32_t words, uint32_t expected, uint32_t written) {
   uint32_t wrong = 0;
+  /* Bound: 24576, the words of the RAM; at the start. */
   for (uint32_t i = words; i > 0; --i) {
     wrong |= first[i - 1] ^ expected;
     first[i - 1] = written;
@@ -42,6 +44,7 @@ static uint32_t downwards(volatile uint32_t *first, uint32_t words, uint32_t exp
 
 /* Without reading: with parity, reading a word that was never written is an error. */
 static void fill(volatile uint32_t *first, uint32_t words, uint32_t written) {
+  /* Bound: 24576, the words of the RAM; at the start. */
   for (uint32_t i = 0; i < words; ++i) {
     first[i] = written;
   }

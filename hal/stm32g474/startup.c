@@ -37,9 +37,11 @@ _Static_assert(RAM_TEST_STACK_BYTES == 64 * sizeof(uint32_t), "as the reset hand
 
 static void initialise_variables(void) {
   const uint32_t *from = data_image;
+  /* Bound: the data section, whose size the linker knows. */
   for (uint32_t *to = data_start; (uintptr_t)to < (uintptr_t)data_end; ++to) {
     *to = *from++;
   }
+  /* Bound: the bss section, likewise. */
   for (uint32_t *to = bss_start; (uintptr_t)to < (uintptr_t)bss_end; ++to) {
     *to = 0;
   }
@@ -71,6 +73,7 @@ void start_image(void) {
   hot_code_load();
   initialise_variables();
   (void)main();
+  /* Bound: for ever: main does not return; after a fault the watchdog, which is started before, resets. */
   for (;;) { /* main does not return */
   }
 }
@@ -96,6 +99,7 @@ void handle_fault(const uint32_t *frame) {
                                .parity_error = ram_parity_has_failed() ? 1 : 0};
   fault_record_write(&record);
   IWDG->kr = IWDG_KEY_START;
+  /* Bound: for ever: main does not return; after a fault the watchdog, which is started before, resets. */
   for (;;) {
   }
 }

@@ -8,6 +8,7 @@ enum { COUNTS_PER_MS = 8, TIME_OUT_MS = 20, CLOSED_MS = 5, MAX_WAIT_US = 2000 };
 
 static bool wait_until_taken(void) {
   const uint32_t start = clock_cycles();
+  /* Bound: MAX_WAIT_US, by the if in it. */
   while ((IWDG->sr & (IWDG_SR_PVU | IWDG_SR_RVU | IWDG_SR_WVU)) != 0) {
     if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;

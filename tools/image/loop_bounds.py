@@ -1,13 +1,12 @@
 """Every loop of the firmware and its maximum number of iterations.
 
 A loop counts by itself when it is `for (T i = A; i < B; ++i)` (or with another step, or downwards, or with an `&&` that
-ends it earlier), A and B are constant, and nothing in it changes i. All others need a line in loop_bounds.toml: by file
-and condition, the bound and its reason. A loop without a line is an error, and so is a line without a loop.
+ends it earlier), A and B are constant, and nothing in it changes i. Above every other loop a comment says its bound and
+why it holds: /* Bound: ... */. A loop without this comment is an error, and so is the comment without such a loop.
 """
 
 import re
 import sys
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +17,7 @@ NOT_IN_AN_IMAGE = ["hal/host/", "hal/cortex_m4_qemu/"]
 COUNTED = re.compile(r"^(?:[\w ]+?[\w*] )(?P<i>\w+) = (?P<first>[^;]+); (?P=i) (?P<test><|<=|>|>=|!=) (?P<bound>[^;&|?]+)(?: && [^;]+)?; "
                      r"(?P<step>\+\+(?P=i)|(?P=i)\+\+|--(?P=i)|(?P=i)--|(?P=i) [-+]= [\w ]+)$")
 SIZE_OF = re.compile(r"sizeof \(?[\w.>\[\]-]+\)?")
+BOUND = re.compile(r"/\*\s*Bound:(?P<reason>(?:[^*]|\*(?!/))*)\*/")
 CONSTANT = re.compile(r"^(?:[A-Z][A-Z0-9_]*|\d\w*|[-+*/() ])+$")
 
 
@@ -28,12 +28,7 @@ class Loop:
     head: str  # between the brackets of for or while, in one line
     body: str
     is_for: bool
-
-    @property
-    def condition(self):
-        if not self.is_for:
-            return self.head
-        return self.head.split(";")[1].strip()
+    reason: str  # of the comment above, "" without one
 
 
 def blanked(text):
@@ -61,6 +56,12 @@ def body_at(text, start):
     return text[start:text.index(";", start) + 1]
 
 
+def reason_above(source, start):
+    """What the comment directly above says."""
+    comments = list(BOUND.finditer(source, 0, start))
+    return " ".join(comments[-1]["reason"].split()) if comments and not source[comments[-1].end():start].strip() else ""
+
+
 def loops_of(file, source):
     text = blanked(source)
     if re.search(r"\bgoto\b", text):
@@ -72,7 +73,7 @@ def loops_of(file, source):
         closing = end_of(text, opening, "(", ")")
         head = " ".join(source[opening + 1:closing - 1].split())
         line = text.count("\n", 0, match.start()) + 1
-        yield Loop(file, line, head, body_at(text, closing), match.group(1) == "for")
+        yield Loop(file, line, head, body_at(text, closing), match.group(1) == "for", reason_above(source, match.start()))
 
 
 def is_changed_in(name, body):
@@ -91,36 +92,31 @@ def counts_by_itself(loop):
     return right_direction and constant and not is_changed_in(match["i"], loop.body)
 
 
-def all_loops(root):
+def sources(root):
     for room in ROOMS:
         for path in sorted((root / room).rglob("*.[ch]")):
             file = path.relative_to(root).as_posix()
             if path.parent.name != "tests" and not any(file.startswith(out) for out in NOT_IN_AN_IMAGE):
-                yield from loops_of(file, path.read_text())
+                yield file, path.read_text()
 
 
-def errors_of(loops, bounds):
-    needed = set()
+def errors_of(file, source):
+    loops = list(loops_of(file, source))
     for loop in loops:
-        if counts_by_itself(loop):
-            continue
-        needed.add((loop.file, loop.condition))
-        if loop.condition not in bounds.get(loop.file, {}):
-            yield f"{loop.file}:{loop.line}: no bound known for this loop ({loop.condition or 'endless'})"
-    for file, conditions in bounds.items():
-        for condition, reason in conditions.items():
-            if (file, condition) not in needed:
-                yield f"loop_bounds.toml: {file} has no such loop, or the loop has a constant bound: {condition}"
-            elif not reason.strip():
-                yield f"loop_bounds.toml: {file}: no reason given for {condition}"
+        if not counts_by_itself(loop) and not loop.reason:
+            yield f"{file}:{loop.line}: no bound is known for this loop ({loop.head}): say it above, /* Bound: ... */"
+    needed = sum(not counts_by_itself(loop) and bool(loop.reason) for loop in loops)
+    written = len(BOUND.findall(source))
+    if written > needed:
+        yield f"{file}: {written - needed} of the comments /* Bound: ... */ are not above a loop that needs one"
 
 
 def main():
-    loops = list(all_loops(ROOT))
-    bounds = tomllib.loads((Path(__file__).parent / "loop_bounds.toml").read_text())
-    errors = list(errors_of(loops, bounds))
+    found = dict(sources(ROOT))
+    errors = [error for file, source in found.items() for error in errors_of(file, source)]
     for error in errors:
         print(error)
+    loops = [loop for file, source in found.items() for loop in loops_of(file, source)]
     by_themselves = sum(counts_by_itself(loop) for loop in loops)
     print(f"{len(loops)} loops: {by_themselves} with a constant bound, {len(loops) - by_themselves} with a reason, "
           f"{len(errors)} errors.")

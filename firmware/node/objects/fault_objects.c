@@ -84,6 +84,7 @@ static od_abort stream_read(void *owner, const od_object *object, uint32_t offse
   if (offset > size || length > size - offset) {
     return OD_NO_DATA;
   }
+  /* Bound: 7 bytes of an SDO segment. */
   for (uint32_t i = 0; i < length; ++i) {
     const uint32_t place = offset + i;
     bytes[i] = (uint8_t)(word_of(entry, place / 4) >> (8 * (place % 4)));

@@ -158,8 +158,10 @@ typedef struct {
 
 /* False at the end. */
 static bool next_kept(const object_dictionary *view, uint8_t groups, persisted_walk *walk, od_object *object) {
+  /* Bound: TABLES: the parts that are kept, all counted there. */
   for (; walk->part < view->count; ++walk->part, walk->entry = 0) {
     const od_part *part = &view->parts[walk->part];
+    /* Bound: rows of a table, which is constant. */
     while (walk->entry < part->table.count) {
       *object = (od_object){part, &part->table.entries[walk->entry++]};
       if (is_kept(object, groups)) {
@@ -176,6 +178,7 @@ uint32_t persisted_objects_to_rows(persisted_objects *kept, uint8_t groups, para
   persisted_walk walk = {.part = 0};
   od_object object;
   uint32_t count = 0;
+  /* Bound: objects of those tables: the walk goes forward only. */
   while (next_kept(&view, groups, &walk, &object)) {
     if (count == capacity || !row_of(&object, &rows[count])) {
       return UINT32_MAX;
@@ -189,6 +192,7 @@ static uint32_t count_kept(const object_dictionary *view, uint8_t groups) {
   persisted_walk walk = {.part = 0};
   od_object object;
   uint32_t count = 0;
+  /* Bound: objects of those tables: the walk goes forward only. */
   while (next_kept(view, groups, &walk, &object)) {
     ++count;
   }
@@ -206,6 +210,7 @@ static od_abort put_row(const od_object *object, const parameter_row *row) {
  * it. */
 static bus_settings saved_under(const parameter_row *rows, uint32_t count) {
   bus_settings bus = {.node_id = BUS_DEFAULT_NODE_ID, .kbit_s = BUS_DEFAULT_KBIT_S};
+  /* Bound: rows of a parameter set: PERSISTED_MAX_ROWS, checked when it is loaded. */
   for (uint32_t i = 0; i < count; ++i) {
     const uint32_t place = rows[i].id >> 8;
     if (place == (BUS_INDEX << 8 | 1)) {
@@ -242,6 +247,7 @@ bool persisted_objects_from_rows(persisted_objects *kept, const parameter_row *r
   if (!follow_rows(kept, rows, count)) {
     return false;
   }
+  /* Bound: rows of a parameter set: PERSISTED_MAX_ROWS, checked when it is loaded. */
   for (uint32_t i = 0; i < count; ++i) {
     const uint16_t index = (uint16_t)(rows[i].id >> 16);
     od_object object;

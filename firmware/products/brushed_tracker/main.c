@@ -133,7 +133,8 @@ int main(void) {
                                             .flash = hal_board_bus_flash(self.machine),
                                             .joiner = {join, self.machine}}};
   if (!servo_node_start(&self.node, &config)) {
-    for (;;) { /* a build that was never tested: everything stays off and nothing answers */
+    /* Bound: for ever: a build that was never tested; everything stays off and nothing answers. */
+    for (;;) {
     }
   }
   if (self.node.objects.bus.join_failed) {
@@ -144,6 +145,7 @@ int main(void) {
   hal_board_waive(self.machine, unused);
   report_how_it_started(failed_tests & ~unused);
   hal_board_run(self.machine, &tasks);
+  /* Bound: for ever: the background, which every interrupt leaves. */
   for (;;) {
     background();
   }

@@ -50,7 +50,7 @@ def test_comments_texts_and_directives_are_no_loops():
 
 def test_nested_loops_are_two():
     inner_of_outer = loops("for (int i = 0; i < 2; ++i) {\n  while (x) {}\n}")
-    assert [(loop.line, loop.condition) for loop in inner_of_outer] == [(1, "i < 2"), (2, "x")]
+    assert [(loop.line, loop.head) for loop in inner_of_outer] == [(1, "int i = 0; i < 2; ++i"), (2, "x")]
 
 
 @pytest.mark.parametrize("source", ["do { f(); } while (x);", "again: goto again;"])
@@ -59,12 +59,14 @@ def test_other_kinds_of_loop_are_refused(source):
         loops(source)
 
 
-def test_a_loop_without_a_reason_and_a_reason_without_a_loop_are_reported():
-    found = loops("while (x) {}\nwhile (y) {}")
-    errors = list(loop_bounds.errors_of(found, {"a.c": {"y": "ends", "z": "ends"}}))
-    assert errors == ["a.c:1: no bound known for this loop (x)",
-                          "loop_bounds.toml: a.c has no such loop, or the loop has a constant bound: z"]
+def test_a_loop_needs_its_bound_directly_above():
+    assert not list(loop_bounds.errors_of("a.c", "/* Bound: 3: x is counted\n * down. */\nwhile (x) {}"))
+    (error,) = loop_bounds.errors_of("a.c", "f();\nwhile (x) {}")
+    assert error == "a.c:2: no bound is known for this loop (x): say it above, /* Bound: ... */"
+    assert len(list(loop_bounds.errors_of("a.c", "/* Bound: 3. */\nf();\nwhile (x) {}"))) == 2
+    assert list(loop_bounds.errors_of("a.c", "/* Bound: */\nwhile (x) {}"))
 
 
-def test_an_empty_reason_is_none():
-    assert list(loop_bounds.errors_of(loops("while (x) {}"), {"a.c": {"x": " "}}))
+def test_a_bound_above_a_loop_that_counts_by_itself_is_reported():
+    (error,) = loop_bounds.errors_of("a.c", "/* Bound: 8. */\nfor (int i = 0; i < 8; ++i) {}")
+    assert error == "a.c: 1 of the comments /* Bound: ... */ are not above a loop that needs one"
