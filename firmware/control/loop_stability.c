@@ -26,6 +26,7 @@ static loop_complex over(loop_complex a, loop_complex b) {
 
 static loop_complex power(loop_complex base, int exponent) {
   loop_complex result = real(1.0f);
+  /* Bound: CAMERA_DELAY_TICKS, or 1 + the delay in ticks: 2056:6 and 2056:7 are at most 10 ms. */
   for (int i = 0; i < exponent; ++i) {
     result = times(result, base);
   }
@@ -63,6 +64,7 @@ static loop_complex slope_at(const rate_estimator_params *p, loop_complex q) {
   const float n = (float)p->window_ticks;
   const float scale = 6.0f / (n * (n * n - 1.0f));
   loop_complex sum = real(0.0f);
+  /* Bound: RATE_ESTIMATOR_WINDOW_MAX: window_ticks is checked when parameters are set. */
   for (int age = p->window_ticks - 2; age >= 0; --age) {
     const float weight = scale * ((float)age + 1.0f) * (n - 1.0f - (float)age);
     sum = add(real(weight), times(q, sum));
@@ -120,7 +122,7 @@ static loop_complex sensed(const loop_stability_input *in, rate_source source, c
   if (source == RATE_FROM_ENCODER) {
     return joint;
   }
-  const loop_complex gyro = held(at, in->plant.gyro_delay_s / in->dt_s, false);
+  const loop_complex gyro = in->gyro_below ? joint : held(at, in->plant.gyro_delay_s / in->dt_s, false);
   if (source == RATE_FROM_GYRO) {
     return gyro;
   }
@@ -358,6 +360,7 @@ static void advance(loop_stability *state, const loop_stability_input *input) {
 }
 
 loop_verdict loop_stability_step(loop_stability *state, const loop_stability_input *input, int count) {
+  /* Bound: AXIS_TUNING_SLICE: what its caller gives. */
   for (int i = 0; i < count && state->verdict == LOOP_RUNNING; ++i) {
     advance(state, input);
   }

@@ -46,6 +46,7 @@ typedef struct {
   loop_plant plant;
   bool gains_follow;  /* the inertia */
   bool gyro_vanishes; /* at the smallest inertia, where the encoder then replaces it */
+  bool gyro_below;    /* the joint: what the loop feeds back of its motion comes from the encoder */
   float dt_s;
 } loop_stability_input;
 

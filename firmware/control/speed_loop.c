@@ -35,9 +35,13 @@ static disturbance_observer_params observer_for(const speed_loop_params *params,
   return observer;
 }
 
-/* The inertial rate about the axis, of which the gyro measures a share. What the joint adds to it is known from the
- * encoder, also where the share is too small to divide by it. */
-static speed_loop_gyro scale_gyro(float share) {
+/* The inertial rate about the axis, of which the gyro measures a share, or all but the joint's part. What the joint
+ * adds is known from the encoder, also where the share is too small to divide by it. */
+static speed_loop_gyro scale_gyro(const speed_loop_pose *pose) {
+  if (pose->gyro_below) {
+    return (speed_loop_gyro){.gain = 1.0f, .of_joint = 1.0f};
+  }
+  const float share = pose->gyro_share;
   const float least = SPEED_LOOP_MIN_GYRO_SHARE;
   const float gain = scalar_abs(share) >= least ? 1.0f / share : share / (least * least);
   return (speed_loop_gyro){.gain = gain, .of_joint = 1.0f - gain * share};
@@ -45,7 +49,7 @@ static speed_loop_gyro scale_gyro(float share) {
 
 void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s) {
   state->pose = (speed_loop_pose){.inertia_share = 1.0f, .gyro_share = 1.0f};
-  state->gyro = scale_gyro(1.0f);
+  state->gyro = scale_gyro(&state->pose);
   rate_estimator_reset(&state->rate_estimator, angle);
   rate_fusion_reset(&state->rate_fusion);
   biquad_reset(&state->notch, &params->notch, 0.0f);
@@ -68,8 +72,8 @@ void speed_loop_follow(speed_loop_state *state, const speed_loop_params *params,
                        const speed_loop_rates *rates, const speed_reference *reference, float dt_s) {
   const float before = state->pose.inertia_share;
   const float share = pose->inertia_share;
-  if (pose->gyro_share != state->pose.gyro_share) {
-    state->gyro = scale_gyro(pose->gyro_share);
+  if (pose->gyro_share != state->pose.gyro_share || pose->gyro_below != state->pose.gyro_below) {
+    state->gyro = scale_gyro(pose);
   }
   state->pose = *pose;
   if (share == before) {

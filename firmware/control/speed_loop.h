@@ -50,6 +50,7 @@ typedef struct {
 typedef struct {
   float inertia_share; /* of the inertia that the parameters are for, SPEED_LOOP_MIN_INERTIA_SHARE .. 1 */
   float gyro_share;    /* of the rate about the axis that its gyro measures, -1 .. 1 */
+  bool gyro_below;     /* the gyro measures what carries the joint instead */
 } speed_loop_pose;
 
 /* Returns the share of the largest inertia that the gains follow. */

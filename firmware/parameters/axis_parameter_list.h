@@ -184,9 +184,9 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
        "Plant gyro delay", "Age of the gyro rate when the tick samples it, without its low-pass")                      \
   DESIGNED(0x2056, 8, OD_GUARDED, plant, gyro_bandwidth_rad_s, 1.0f, 1e6f, 2765.0f, "rad/s",                           \
        "Plant gyro bandwidth", "First-order low-pass of the gyro")                                                     \
-  WHOLE(0x2056, 9, OD_GUARDED, plant, gyro_mounting, 0, 1, 0,                                                          \
-       "Plant gyro mounting", "0: turns with the axis; 1: on the line of sight (azimuth: measures cross-elevation)",   \
-       gyro, gyro_mounting)                                                                                            \
+  WHOLE(0x2056, 9, OD_GUARDED, plant, gyro_mounting, 0, 2, 0,                                                          \
+       "Plant gyro mounting", "0: turns with the axis; 1: on the line of sight (azimuth: measures cross-elevation); "  \
+       "2: on what carries the axis (azimuth: the base; pitch: the azimuth stage)", gyro, gyro_mounting)               \
   END(plant)
 
 /* clang-format on */

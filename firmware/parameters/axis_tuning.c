@@ -75,6 +75,7 @@ static void input_of(const axis_parameters *set, const servo_axis_params *built,
                 .gyro_delay_s = delay_s + set->plant.gyro_delay_s + 1.0f / set->plant.gyro_bandwidth_rad_s},
       .gains_follow = gains_follow,
       .gyro_vanishes = gains_follow && built->gyro == GYRO_ON_LINE_OF_SIGHT,
+      .gyro_below = built->gyro == GYRO_BELOW_JOINT,
       .dt_s = SERVO_TICK_S,
   };
 }
@@ -107,6 +108,7 @@ static parameter_refusal unstable(const axis_tuning *tuning) {
                                .low = tuning->active.plant.inertia_kg_m2,
                                .high = tuning->active.plant.inertia_kg_m2};
   float most = 0.0f;
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
     const od_entry *entry = &axis_parameters_table.entries[i];
     const float change = decides(entry) ? change_of(tuning, entry) : 0.0f;
@@ -146,6 +148,7 @@ static bool feedforward_changes(const axis_tuning *tuning) {
   const axis_parameters *next = &tuning->staged;
   const axis_parameters *now = &tuning->active;
   bool changes = next->speed_loop.acceleration_inertia_kg_m2 != now->speed_loop.acceleration_inertia_kg_m2;
+  /* Bound: rows of a table, which is constant. */
   for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
     const od_entry *entry = &axis_parameters_table.entries[i];
     if (entry->index == friction_feedforward && axis_parameters_has(entry)) {

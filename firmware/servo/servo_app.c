@@ -9,7 +9,12 @@ speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, angle_turn3
   return (speed_loop_pose){
       .inertia_share = scalar_min(least + (1.0f - least) * cosine * cosine, 1.0f),
       .gyro_share = azimuth->gyro == GYRO_ON_LINE_OF_SIGHT ? cosine : 1.0f,
+      .gyro_below = azimuth->gyro == GYRO_BELOW_JOINT,
   };
+}
+
+static void pose_pitch(servo_app *app) {
+  app->axis[SERVO_PITCH].pose.gyro_below = app->params.axis[SERVO_PITCH].gyro == GYRO_BELOW_JOINT;
 }
 
 control_status servo_app_configure(servo_app *app, const servo_params *params, const servo_samples *samples) {
@@ -25,6 +30,7 @@ control_status servo_app_configure(servo_app *app, const servo_params *params, c
   }
   app->axis[SERVO_AZIMUTH].pose =
       servo_azimuth_pose(&params->axis[SERVO_AZIMUTH], samples->axis[SERVO_PITCH].sensors.joint_angle_turn32);
+  pose_pitch(app);
   return CONTROL_OK;
 }
 
@@ -41,6 +47,7 @@ static void pose_azimuth(servo_app *app, const servo_samples *samples) {
 
 void servo_app_tick(servo_app *app, const servo_command *command, const servo_samples *samples) {
   pose_azimuth(app, samples);
+  pose_pitch(app);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_tick(&app->axis[i], &app->params.axis[i], &command->axis[i], &samples->axis[i], SERVO_TICK_S);
   }

@@ -28,8 +28,8 @@ typedef struct {
   servo_axis axis[SERVO_AXES];
 } servo_app;
 
-/* Returns the share of its largest inertia that the azimuth's motor turns, J0 + J1 cos^2(pitch) over J0 + J1, and the
- * share of its rate that its gyro measures. The share of inertia is 1 when the smallest inertia is not below the
+/* Returns the share of its largest inertia that the azimuth's motor turns, J0 + J1 cos^2(pitch) over J0 + J1, and what
+ * of its rate its gyro measures. The share of inertia is 1 when the smallest inertia is not below the
  * largest one. */
 speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, angle_turn32 pitch);
 

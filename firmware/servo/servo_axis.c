@@ -12,7 +12,7 @@ control_status servo_axis_check(const servo_axis_params *params, float tick_s, f
       {params->plant_inertia_kg_m2, 1e-9f, 1e5f},
       {params->min_inertia_kg_m2, 1e-9f, 1e5f},
   };
-  if ((unsigned)params->gyro > (unsigned)GYRO_ON_LINE_OF_SIGHT) {
+  if ((unsigned)params->gyro > (unsigned)GYRO_BELOW_JOINT) {
     return CONTROL_OUT_OF_RANGE;
   }
   const control_status parts[] = {
@@ -160,7 +160,7 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
     axis->pose = pose;
   }
   if (axis->pose.inertia_share != axis->speed.pose.inertia_share ||
-      axis->pose.gyro_share != axis->speed.pose.gyro_share) {
+      axis->pose.gyro_share != axis->speed.pose.gyro_share || axis->pose.gyro_below != axis->speed.pose.gyro_below) {
     speed_loop_follow(&axis->speed, &params->speed, &axis->pose, &axis->signals.rates, &axis->signals.reference,
                       tick_s);
   }

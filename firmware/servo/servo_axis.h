@@ -37,8 +37,9 @@ typedef enum {
 
 /* What the axis' gyro turns with. */
 typedef enum {
-  GYRO_ON_AXIS = 0,     /* what the joint turns: the azimuth stage, or the line of sight (pitch) */
-  GYRO_ON_LINE_OF_SIGHT /* along the axis of the picture: the azimuth's measures cross-elevation */
+  GYRO_ON_AXIS = 0,      /* what the joint turns: the azimuth stage, or the line of sight (pitch) */
+  GYRO_ON_LINE_OF_SIGHT, /* along the axis of the picture: the azimuth's measures cross-elevation */
+  GYRO_BELOW_JOINT       /* what carries the joint, about its axis: the base (azimuth), the azimuth stage (pitch) */
 } gyro_mounting;
 
 typedef struct {

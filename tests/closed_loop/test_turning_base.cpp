@@ -119,6 +119,24 @@ void test_the_gyro_isolates_by_40_db_at_1_hz_and_half_a_degree() {
   }
 }
 
+// The azimuth's gyro on the base, the pitch's on the azimuth stage: what they do not see is the joint's own motion,
+// which the encoder adds.
+void test_gyros_below_the_joints_isolate_as_well() {
+  sim::PlantConfig plant = tracker_plant();
+  plant.axis[sim::kAzimuth].gyro.mounting = sim::GyroMounting::kBase;
+  plant.axis[sim::kPitch].gyro.mounting = sim::GyroMounting::kStage;
+  const sim::IsolationPoint point =
+      sim::isolation_at(plant, "pi_vob_ftc", sim::FeedbackSource::kGyro, sim::kIsolationGoal_rad,
+                        sim::kIsolationGoal_hz, bench::kSeeds[0]);
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    LOG_VALUE("isolation, dB", point.isolation_db[i]);
+    LOG_VALUE("with noise and harmonics, dB", point.residual_db[i]);
+    CHECK_AT_LEAST("isolation, dB", sim::kIsolationGoal_db, point.isolation_db[i]);
+    CHECK_AT_LEAST("with noise and harmonics, dB", sim::kIsolationGoal_db, point.residual_db[i]);
+  }
+}
+
 // About the axis ahead, at pitch 60 degrees: a gyro on the stage does not see what the roll does to the picture.
 void test_gyros_on_the_line_of_sight_hold_it_on_a_rolling_base() {
   sim::BaseMotionSetup setup;
@@ -180,7 +198,7 @@ void test_what_makes_no_sense_on_a_turning_base_is_refused_with_its_reason() {
   plant.base_motion = {{sim::BaseAxis::kRoll, 0.2, 0.01, 0.0}};
   const std::string refused = refusal_of([&] { (void)sim::check_scenario(plant, per_axis); });
   TEST_ASSERT_NOT_NULL_MESSAGE(std::strstr(refused.c_str(), "each axis by itself"), refused.c_str());
-  plant.axis[sim::kPitch].gyro.mounting = sim::GyroMounting::kStage;
+  plant.axis[sim::kPitch].gyro.mounting = sim::GyroMounting::kBase;
   const std::string gyro = refusal_of([&] { (void)sim::design_controller(plant, sim::controller_spec("pi"), {}); });
   TEST_ASSERT_NOT_NULL_MESSAGE(std::strstr(gyro.c_str(), "pitch.gyro.mounting"), gyro.c_str());
 }
@@ -191,6 +209,7 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_isolation_is_that_of_the_linear_loop_for_every_source_of_the_rate);
   RUN_TEST(test_the_gyro_isolates_by_40_db_at_1_hz_and_half_a_degree);
+  RUN_TEST(test_gyros_below_the_joints_isolate_as_well);
   RUN_TEST(test_gyros_on_the_line_of_sight_hold_it_on_a_rolling_base);
   RUN_TEST(test_the_azimuth_keeps_its_margins_at_every_pitch_angle);
   RUN_TEST(test_on_a_vehicle_the_node_tracks_without_a_fault);

@@ -502,6 +502,22 @@ static void test_where_the_gyro_vanishes_the_encoder_alone_must_be_stable(void) 
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
 }
 
+/* Likewise at every pitch, when the gyro does not see the joint. */
+static void test_with_the_gyro_below_the_joint_the_encoder_alone_must_be_stable(void) {
+  for (rate_source source = RATE_FROM_GYRO; source <= RATE_FUSED; ++source) {
+    loop_stability_input in = azimuth();
+    in.speed.rate_fusion.source = source;
+    in.speed.rate_fusion.crossover_rad_s = 2000.0f;
+    in.speed.observer.bandwidth_rad_s = 100.0f;
+    in.speed.rate_estimator.window_ticks = 16;
+    TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+    in.gyro_below = true;
+    expect_refused(&in, LOOP_SPEED);
+    in.speed.rate_estimator.window_ticks = 2;
+    TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+  }
+}
+
 static void test_loops_without_any_gain_hold_nothing_and_are_refused(void) {
   loop_stability_input in = azimuth();
   in.speed.observer_on = false;
@@ -647,6 +663,7 @@ int main(void) {
   RUN_TEST(test_gains_that_follow_the_inertia_keep_their_distance);
   RUN_TEST(test_gains_that_follow_are_not_refused_for_the_gains_of_another_inertia);
   RUN_TEST(test_where_the_gyro_vanishes_the_encoder_alone_must_be_stable);
+  RUN_TEST(test_with_the_gyro_below_the_joint_the_encoder_alone_must_be_stable);
   RUN_TEST(test_loops_without_any_gain_hold_nothing_and_are_refused);
   RUN_TEST(test_the_last_operating_point_is_judged_by_its_turns);
   RUN_TEST(test_a_verdict_is_final);

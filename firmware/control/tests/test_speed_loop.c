@@ -524,12 +524,11 @@ static void test_a_retune_keeps_the_share_of_the_inertia(void) {
 }
 
 /* The joint turns at 0.2 rad/s on a base that turns at 0.05 rad/s; the gyro measures a share of the sum. */
-static speed_loop_rates seen_with(float gyro_share, float reading_rad_s) {
+static speed_loop_rates seen_in(speed_loop_pose pose, float reading_rad_s) {
   speed_loop_params params = example();
   params.rate_fusion.source = RATE_FROM_GYRO;
   speed_loop_state state;
   speed_loop_reset(&state, &params, 0u, dt_s);
-  const speed_loop_pose pose = {.inertia_share = 1.0f, .gyro_share = gyro_share};
   speed_loop_follow(&state, &params, &pose, &(speed_loop_rates){0}, &(speed_reference){0}, dt_s);
   speed_loop_samples samples = {.gyro_rad_s = reading_rad_s, .gyro_valid = true};
   speed_loop_rates rates = {0};
@@ -538,6 +537,15 @@ static speed_loop_rates seen_with(float gyro_share, float reading_rad_s) {
     rates = speed_loop_sense(&state, &params, &samples, dt_s);
   }
   return rates;
+}
+
+static speed_loop_rates seen_with(float gyro_share, float reading_rad_s) {
+  return seen_in((speed_loop_pose){.inertia_share = 1.0f, .gyro_share = gyro_share}, reading_rad_s);
+}
+
+static void test_a_gyro_below_the_joint_lacks_the_joints_rate(void) {
+  const speed_loop_pose below = {.inertia_share = 1.0f, .gyro_share = 1.0f, .gyro_below = true};
+  CHECK_NEAR("inertial rate, rad/s", 0.25, seen_in(below, 0.05f).rate_rad_s, 2e-6);
 }
 
 static void test_a_gyro_that_measures_a_share_gives_the_rate_about_the_axis(void) {
@@ -611,6 +619,7 @@ int main(void) {
   RUN_TEST(test_a_share_of_the_inertia_moves_as_the_whole_by_that_share_of_the_torque);
   RUN_TEST(test_gains_that_follow_the_inertia_make_no_step_of_the_torque);
   RUN_TEST(test_a_retune_keeps_the_share_of_the_inertia);
+  RUN_TEST(test_a_gyro_below_the_joint_lacks_the_joints_rate);
   RUN_TEST(test_a_gyro_that_measures_a_share_gives_the_rate_about_the_axis);
   RUN_TEST(test_near_the_zenith_the_encoder_replaces_a_gyro_on_the_line_of_sight);
   RUN_TEST(test_check_asks_every_part);

@@ -62,6 +62,22 @@ static void start_at(double pitch_deg) {
   CHECK_STATUS(CONTROL_OK, servo_app_configure(&app, &params, &samples));
 }
 
+/* On the base, and on the azimuth stage; the parameters of both axes say so. */
+static void test_a_gyro_below_its_joint_is_one_in_both_axes(void) {
+  const gyro_mounting mountings[] = {GYRO_ON_AXIS, GYRO_BELOW_JOINT, GYRO_ON_LINE_OF_SIGHT};
+  for (int i = 0; i < 3; ++i) {
+    servo_params params = {.axis = {azimuth(6.0f, 3.0f, mountings[i]), azimuth(2.5f, 1.0f, mountings[i])}};
+    samples = (servo_samples){.bus_voltage_v = 48.0f};
+    CHECK_STATUS(CONTROL_OK, servo_app_configure(&app, &params, &samples));
+    servo_app_tick(&app, &command, &samples);
+    for (int axis = 0; axis < SERVO_AXES; ++axis) {
+      TEST_ASSERT_EQUAL(mountings[i] == GYRO_BELOW_JOINT, app.axis[axis].speed.pose.gyro_below);
+      CHECK_SAME("of the joint's rate", mountings[i] == GYRO_BELOW_JOINT ? 1.0 : 0.0,
+                 app.axis[axis].speed.gyro.of_joint);
+    }
+  }
+}
+
 static double share_after(double pitch_deg) {
   samples.axis[SERVO_PITCH].sensors.joint_angle_turn32 = turn32(pitch_deg * DEG);
   servo_app_tick(&app, &command, &samples);
@@ -106,6 +122,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_share_of_the_inertia_is_that_of_j0_and_j1);
   RUN_TEST(test_a_gyro_on_the_line_of_sight_measures_the_cosine_of_the_pitch);
+  RUN_TEST(test_a_gyro_below_its_joint_is_one_in_both_axes);
   RUN_TEST(test_an_inertia_that_makes_no_sense_changes_little_or_nothing);
   RUN_TEST(test_the_azimuth_follows_from_its_first_tick_on_and_the_pitch_does_not);
   RUN_TEST(test_one_wrong_angle_of_the_pitch_changes_the_share_by_a_step_at_most);

@@ -19,6 +19,7 @@ LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_r
   m.encoder_latency_s = plant.encoder.latency_s;
   m.gyro_latency_s = plant.gyro.latency_s;
   m.gyro_bandwidth_rad_s = 2.0 * M_PI * plant.gyro.bandwidth_hz;
+  m.gyro_below_joint = plant.gyro.below_joint;
   return m;
 }
 

@@ -33,6 +33,7 @@ struct GyroFacts {
   double latency_s = kAssumedGyroLatency_s;
   double bandwidth_hz = kAssumedGyroBandwidth_hz;  // of a first-order low-pass
   double noise_rad_s = 0.0;                        // rms of a tick's rate
+  bool below_joint = false;                        // what it shows of the joint's motion comes from the encoder
 };
 
 struct IdentifiedPlant {

@@ -67,7 +67,7 @@ SensorWeights sensor_weights(const speed_loop_params& p, Complex z_inverse) {
 Complex sensor(const LinearMachine& m, const speed_loop_params& p, Complex s, Complex z_inverse) {
   const SensorWeights weights = sensor_weights(p, z_inverse);
   const Complex joint = slope_estimator(p.rate_estimator, z_inverse) / s * delay(s, m.encoder_latency_s);
-  const Complex gyro = delay(s, m.gyro_latency_s) * low_pass(s, m.gyro_bandwidth_rad_s);
+  const Complex gyro = m.gyro_below_joint ? joint : delay(s, m.gyro_latency_s) * low_pass(s, m.gyro_bandwidth_rad_s);
   return weights.joint * joint + weights.gyro * gyro;
 }
 

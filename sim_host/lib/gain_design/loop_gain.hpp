@@ -29,6 +29,7 @@ struct LinearMachine {
   double encoder_latency_s = 0.0;
   double gyro_latency_s = 0.0;
   double gyro_bandwidth_rad_s = 1e4;  // first-order
+  bool gyro_below_joint = false;      // it does not see the joint's motion, which comes from the encoder then
 };
 
 struct FrequencyResponse {

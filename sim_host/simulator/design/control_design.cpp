@@ -128,15 +128,20 @@ void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
 gyro_mounting mounting_of(const PlantConfig& plant, int axis) {
   const GyroMounting mounting = plant.axis[static_cast<std::size_t>(axis)].gyro.mounting;
   const bool encoder_alone = plant.design[static_cast<std::size_t>(axis)].feedback == FeedbackSource::kEncoder;
-  const bool turns_with_axis =
-      mounting == GyroMounting::kJoint || (mounting == GyroMounting::kStage && axis == kAzimuth);
   if (mounting == GyroMounting::kLineOfSight) {
     return GYRO_ON_LINE_OF_SIGHT;
   }
-  if (!turns_with_axis && !encoder_alone) {
-    throw plant.lines.error(axis_name(axis) + std::string(".gyro.mounting"),
-                            "puts the gyro on a part that does not turn with the axis; the firmware cannot use it",
-                            "give \"joint\" or \"line_of_sight\", or design with feedback = \"encoder\"");
+  if (mounting == GyroMounting::kJoint || (mounting == GyroMounting::kStage && axis == kAzimuth)) {
+    return GYRO_ON_AXIS;
+  }
+  if (is_below_joint(mounting, axis)) {
+    return GYRO_BELOW_JOINT;
+  }
+  if (!encoder_alone) {
+    throw plant.lines.error(
+        axis_name(axis) + std::string(".gyro.mounting"),
+        "puts the gyro of the pitch below the azimuth, which turns it away; the firmware cannot use it",
+        "give \"joint\", \"line_of_sight\" or \"stage\", or design with feedback = \"encoder\"");
   }
   return GYRO_ON_AXIS;
 }

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 
+#include "base/axis.hpp"
 #include "base/key.hpp"
 #include "base/random.hpp"
 #include "sensors/history.hpp"
@@ -27,6 +28,11 @@ namespace trackservo::sim {
 //   kStage        on the azimuth stage: the pitch's gyro does not see its own joint
 //   kBase         on the base, along both axes at azimuth 0: neither sees a joint
 enum class GyroMounting { kJoint = 0, kLineOfSight = 1, kStage = 2, kBase = 3 };
+
+// Whether it is fixed on what carries this axis, and measures about the axis, whatever the joints do.
+inline bool is_below_joint(GyroMounting mounting, int axis) {
+  return mounting == (axis == kAzimuth ? GyroMounting::kBase : GyroMounting::kStage);
+}
 
 struct GyroConfig {
   double noise_density_rad_s_rthz = 0;  // one-sided
