@@ -270,7 +270,7 @@ static void test_what_cannot_be_mapped_is_refused(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 1, 0x2F000840, 4));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 2, 0x2F000508, 4));
   TEST_ASSERT_EQUAL_HEX32(0x06040042, bench_write(0x1A02, 0, 2, 1)); /* 9 bytes */
-  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 8, 0, 4)); /* no object */
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 8, 0, 4));          /* no object */
   TEST_ASSERT_EQUAL_HEX32(0x06020000, bench_write(0x1A02, 8, 1, 4));
   TEST_ASSERT_EQUAL_HEX32(0x06090031, bench_write(0x1A02, 0, 9, 1));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 0, 1, 1));
