@@ -166,7 +166,7 @@ class Campaign:
             link[at:at + 1] = [*(replaced or [program.own_object]), *mutated]
             linked = subprocess.run(link, cwd=self.build.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             if linked.returncode != 0:  # a mutant that takes away a function that other files need; a library may have the original
-                if not any(words in linked.stdout for words in ("undefined reference", "multiple definition")):
+                if not any(words in linked.stdout for words in ("undefined reference", "multiple definition", "undefined symbol", "duplicate symbol")):
                     raise SystemExit(f"mutate: {program.name} cannot be linked:\n{linked.stdout[-2000:]}")
                 result.kind = "refused"
                 break
