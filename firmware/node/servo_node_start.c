@@ -189,22 +189,17 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   node->recovering = config->bus.recovering;
   node->canopen.sdo_client = SDO_CHANNELS;
   node->lock = (access_lock){.caller = &node->canopen.sdo_client, .salt = config->serial_number};
-  const od_part board_part = {.table = board_objects_table, .values = &node->scales};
-  od_restore_defaults(&board_part, config->node_id);
+  od_part parts[CANOPEN_PARTS];
+  const uint32_t count = describe_parts(node, parts);
+  /* Bound: CANOPEN_PARTS: what describe_parts has counted. */
+  for (uint32_t i = 0; i < count; ++i) {
+    od_restore_defaults(&parts[i], config->node_id); /* gains and limits as configured follow with the first reset */
+  }
   if (config->scales != NULL) {
     node->scales = *config->scales;
   }
   if (board_objects_check(&node->scales) != CONTROL_OK) {
     return false;
-  }
-  od_part parts[CANOPEN_PARTS];
-  const uint32_t count = describe_parts(node, parts);
-  /* Bound: CANOPEN_PARTS: what describe_parts has counted. */
-  for (uint32_t i = 0; i < count; ++i) {
-    if (parts[i].hooks != &tuning_objects_hooks && parts[i].hooks != &protection_objects_hooks &&
-        parts[i].hooks != &servo_node_board_hooks) { /* configured */
-      od_restore_defaults(&parts[i], config->node_id);
-    }
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
     limit_travel(&node->axis[i]);

@@ -237,17 +237,22 @@ static void test_a_page_that_cannot_be_programmed_leaves_the_old_set(void) {
   TEST_ASSERT_TRUE(finds(&next));
 }
 
+/* Two sets of rows are saved, found after a restart; gives the page of the newer one. */
+static uint32_t page_of_the_newer_of_two_sets(row_set *old, row_set *newest, uint32_t page_bytes, uint32_t rows) {
+  fit_flash(page_bytes, 4);
+  fill(old, 1, rows);
+  fill(newest, 2, rows);
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(old));
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(newest));
+  restart();
+  TEST_ASSERT_TRUE(finds(newest));
+  return store.found[0].page;
+}
+
 /* Every bit of the newest record, one at a time. */
 static void test_a_wrong_bit_anywhere_gives_the_set_before_and_is_reported(void) {
   row_set old, newest;
-  fit_flash(256, 4);
-  fill(&old, 1, 12);
-  fill(&newest, 2, 12);
-  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&old));
-  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&newest));
-  restart();
-  TEST_ASSERT_TRUE(finds(&newest));
-  uint8_t *record = model.bytes + store.found[0].page * model.page_bytes;
+  uint8_t *record = model.bytes + page_of_the_newer_of_two_sets(&old, &newest, 256, 12) * model.page_bytes;
   for (uint32_t bit = 0; bit < 8 * HAL_FLASH_UNIT_BYTES * (12 + PARAMETER_STORE_FRAME_UNITS); ++bit) {
     record[bit / 8] = (uint8_t)(record[bit / 8] ^ 1u << bit % 8);
     restart();
@@ -259,13 +264,8 @@ static void test_a_wrong_bit_anywhere_gives_the_set_before_and_is_reported(void)
 
 static void test_an_unreadable_double_word_anywhere_gives_the_set_before_and_is_reported(void) {
   row_set old, newest;
-  fit_flash(256, 4);
-  fill(&old, 1, 12);
-  fill(&newest, 2, 12);
-  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&old));
-  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&newest));
-  restart();
-  const uint32_t first = store.found[0].page * model.page_bytes / HAL_FLASH_UNIT_BYTES;
+  const uint32_t page = page_of_the_newer_of_two_sets(&old, &newest, 256, 12);
+  const uint32_t first = page * model.page_bytes / HAL_FLASH_UNIT_BYTES;
   for (uint32_t unit = 0; unit < 12 + PARAMETER_STORE_FRAME_UNITS; ++unit) {
     model.weak[first + unit].shows = SHOWS_UNREADABLE;
     restart();
@@ -283,13 +283,7 @@ static void flip(uint8_t *record, uint32_t bit) { record[bit / 8] = (uint8_t)(re
 static void test_two_wrong_bits_or_a_wrong_double_word_give_the_set_before(void) {
   enum { ROWS = 2, UNITS = ROWS + PARAMETER_STORE_FRAME_UNITS, BITS = UNITS * 8 * HAL_FLASH_UNIT_BYTES };
   row_set old, newest;
-  fit_flash(64, 4);
-  fill(&old, 1, ROWS);
-  fill(&newest, 2, ROWS);
-  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&old));
-  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&newest));
-  restart();
-  uint8_t *record = model.bytes + store.found[0].page * model.page_bytes;
+  uint8_t *record = model.bytes + page_of_the_newer_of_two_sets(&old, &newest, 64, ROWS) * model.page_bytes;
   uint32_t tried = 0, wrong = 0;
   for (uint32_t one = 0; one < (uint32_t)random_cases(BITS); ++one) {
     for (uint32_t other = one + 1; other < BITS; ++other, ++tried) {

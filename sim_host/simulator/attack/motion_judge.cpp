@@ -65,10 +65,14 @@ void MotionJudge::look_at_frames(const DrivenNode& node) {
   frames_.since_absent_s += kTick_s;
 }
 
+static int tracking_state(const DrivenNode& node, int axis) {
+  const camera_objects& camera = node.node().tracking.objects;
+  return axis == kAzimuth ? camera.azimuth_tracking : camera.pitch_tracking;
+}
+
 // The frames let the axis turn, and the node says that it follows them.
 bool MotionJudge::target_may_turn(const DrivenNode& node, int axis) {
-  const camera_objects& camera = node.node().tracking.objects;
-  const int state = axis == kAzimuth ? camera.azimuth_tracking : camera.pitch_tracking;
+  const int state = tracking_state(node, axis);
   double& coast_s = tracking_[static_cast<std::size_t>(axis)].coast_s;
   for (int i = 0; i < kAxes; ++i) {
     coast_s = std::max(coast_s, static_cast<double>(node.axis(i).tuning.active.tracking_loop.coast_s));
@@ -81,11 +85,10 @@ bool MotionJudge::target_may_turn(const DrivenNode& node, int axis) {
 // The target is lost, and the axis turns towards where it began to track.
 bool MotionJudge::returns(const DrivenNode& node, int axis, double angle_rad) const {
   const auto i = static_cast<std::size_t>(axis);
-  const camera_objects& camera = node.node().tracking.objects;
-  const int state = axis == kAzimuth ? camera.azimuth_tracking : camera.pitch_tracking;
   const bool may = frames_.found && node.axis(axis).tuning.active.tracking_loop.at_loss == TARGET_LOSS_RETURN;
   const double rate_rad_s = static_cast<double>(node.machine().firmware(axis).signals.reference.rate_rad_s);
-  return may && state == DRIVE_TARGET_LOST && rate_rad_s * (tracking_[i].start_rad - angle_rad) > 0;
+  return may && tracking_state(node, axis) == DRIVE_TARGET_LOST &&
+         rate_rad_s * (tracking_[i].start_rad - angle_rad) > 0;
 }
 
 // The set-point demands no motion, or no loop follows one.
