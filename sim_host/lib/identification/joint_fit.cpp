@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <unsupported/Eigen/NonLinearOptimization>
+
+#include "identification/least_squares.hpp"
 
 namespace trackservo::identification {
 
@@ -49,49 +50,40 @@ double prior_deviation(const TorqueBalance& balance, Eigen::Index parameter) {
   return ripple ? kRipplePrior : std::numeric_limits<double>::infinity();
 }
 
-// The weighted, whitened problem of one round, for Eigen's Levenberg-Marquardt: the nodes, then the priors.
-class Problem {
+// The weighted, whitened problem of one round: the nodes, then the priors.
+class RoundProblem {
  public:
-  using Scalar = double;
-  using InputType = Eigen::VectorXd;
-  using ValueType = Eigen::VectorXd;
-  using JacobianType = Eigen::MatrixXd;
-  enum { InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic };
-
-  Problem(const TorqueBalance& balance, const JointFit& fit)
+  RoundProblem(const TorqueBalance& balance, const JointFit& fit)
       : balance_(balance),
         fit_(fit),
         root_weights_(fit.weights.cwiseSqrt()),
         first_inertia_(fit.parameters[kInertia]) {}
 
-  int inputs() const { return static_cast<int>(balance_.parameters()); }
-  int values() const { return static_cast<int>(balance_.nodes() + balance_.parameters()); }
+  Eigen::Index residuals() const { return balance_.nodes() + balance_.parameters(); }
 
-  int operator()(const Eigen::VectorXd& parameters, Eigen::VectorXd& values) const {
+  bool evaluate(const Eigen::VectorXd& parameters, Eigen::VectorXd& values) const {
     Eigen::VectorXd residual;
     balance_.evaluate(parameters, residual, nullptr);
     fit_.noise.whiten(fit_.spans, residual);
-    values.resize(this->values());
     values.head(balance_.nodes()) = residual.cwiseProduct(root_weights_) * relative(parameters);
     for (Eigen::Index i = 0; i < balance_.parameters(); ++i) {
       values[balance_.nodes() + i] = (parameters[i] - fit_.start[i]) / prior_deviation(balance_, i);
     }
-    return values.allFinite() ? 0 : -1;
+    return values.allFinite();
   }
 
-  int df(const Eigen::VectorXd& parameters, Eigen::MatrixXd& jacobian) const {
+  void differentiate(const Eigen::VectorXd& parameters, Eigen::MatrixXd& jacobian) const {
     Eigen::VectorXd residual;
     TorqueBalance::Jacobian rows;
     balance_.evaluate(parameters, residual, &rows);
     fit_.noise.whiten(fit_.spans, rows);
-    jacobian.setZero(values(), inputs());
+    jacobian.setZero(residuals(), balance_.parameters());
     fit_.noise.whiten(fit_.spans, residual);
     rows.col(kInertia) -= residual;
     jacobian.topRows(balance_.nodes()) = (relative(parameters) * root_weights_).asDiagonal() * rows;
     for (Eigen::Index i = 0; i < balance_.parameters(); ++i) {
       jacobian(balance_.nodes() + i, i) = 1.0 / prior_deviation(balance_, i);
     }
-    return 0;
   }
 
  private:
@@ -173,12 +165,19 @@ void update_covariance(const TorqueBalance& balance, JointFit& fit) {
 
 // One round: minimise with noise and weights held, then update these.
 void run_round(const TorqueBalance& balance, int evaluations, int noise_order, JointFit& fit) {
-  Problem problem(balance, fit);
-  Eigen::LevenbergMarquardt<Problem> solver(problem);
-  solver.parameters.maxfev = evaluations;
-  solver.parameters.ftol = 1e-10;
-  solver.parameters.xtol = 1e-8;
-  solver.minimize(fit.parameters);
+  const RoundProblem round(balance, fit);
+  const LeastSquares problem = {round.residuals(), balance.parameters(),
+                                [&round](const Eigen::VectorXd& parameters, Eigen::VectorXd& values) {
+                                  return round.evaluate(parameters, values);
+                                },
+                                [&round](const Eigen::VectorXd& parameters, Eigen::MatrixXd& jacobian) {
+                                  round.differentiate(parameters, jacobian);
+                                }};
+  LeastSquaresEnd end;
+  end.max_evaluations = evaluations;
+  end.residual_tolerance = 1e-10;
+  end.parameter_tolerance = 1e-8;
+  minimize(problem, end, fit.parameters);
   update_noise(balance, noise_order, fit);
   update_weights(fit);
 }

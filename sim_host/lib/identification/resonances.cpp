@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <unsupported/Eigen/NonLinearOptimization>
-#include <unsupported/Eigen/NumericalDiff>
+
+#include "identification/least_squares.hpp"
 
 namespace trackservo::identification {
 
@@ -95,52 +95,38 @@ std::optional<double> highest_peak_hz(const Excess& excess) {
 // Logarithm of gain, delay [ms], share, and logarithms of frequency and damping.
 enum ModeParameter { kGain, kDelay_ms, kShare, kFrequency, kModeDamping, kModeParameters };
 
-// In the form that Eigen's Levenberg-Marquardt and its numerical differentiation need.
-struct ModeResidual {
-  using Scalar = double;
-  using InputType = Eigen::VectorXd;
-  using ValueType = Eigen::VectorXd;
-  using JacobianType = Eigen::MatrixXd;
-  static constexpr int InputsAtCompileTime = Eigen::Dynamic;  // NOLINT(readability-identifier-naming): Eigen's
-  static constexpr int ValuesAtCompileTime = Eigen::Dynamic;  // NOLINT(readability-identifier-naming): Eigen's
+StructuralMode mode_of(const Eigen::VectorXd& x) {
+  return {std::exp(x[kFrequency]), std::exp(x[kModeDamping]), x[kShare]};
+}
 
-  const Excess& excess;
-
-  static int inputs() { return kModeParameters; }
-  int values() const { return static_cast<int>(2 * excess.factor.size()); }
-
-  static StructuralMode mode_of(const Eigen::VectorXd& x) {
-    return {std::exp(x[kFrequency]), std::exp(x[kModeDamping]), x[kShare]};
+// Differences of logarithms: resonance and antiresonance have equal weight.
+void mode_residual(const Excess& excess, const Eigen::VectorXd& x, Eigen::VectorXd& residual) {
+  for (std::size_t i = 0; i < excess.factor.size(); ++i) {
+    const Complex s(0.0, 2.0 * M_PI * excess.frequency_hz[i]);
+    const Complex model = structural_factor({mode_of(x)}, s) * std::exp(x[kGain] - s * 1e-3 * x[kDelay_ms]);
+    const Complex difference = excess.weight[i] * std::log(excess.factor[i] / model);
+    residual[static_cast<Eigen::Index>(2 * i)] = difference.real();
+    residual[static_cast<Eigen::Index>(2 * i + 1)] = difference.imag();
   }
-
-  // Differences of logarithms: resonance and antiresonance have equal weight.
-  int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& residual) const {
-    for (std::size_t i = 0; i < excess.factor.size(); ++i) {
-      const Complex s(0.0, 2.0 * M_PI * excess.frequency_hz[i]);
-      const Complex model = structural_factor({mode_of(x)}, s) * std::exp(x[kGain] - s * 1e-3 * x[kDelay_ms]);
-      const Complex difference = excess.weight[i] * std::log(excess.factor[i] / model);
-      residual[static_cast<Eigen::Index>(2 * i)] = difference.real();
-      residual[static_cast<Eigen::Index>(2 * i + 1)] = difference.imag();
-    }
-    return 0;
-  }
-};
+}
 
 // The better of two fits: with the encoder before the spring, and behind it.
 StructuralMode fit_mode(const Excess& part, double peak_hz) {
   const double height = std::abs(cut(part, peak_hz, peak_hz).factor.front());
-  const ModeResidual residual{part};
-  Eigen::NumericalDiff<ModeResidual> differences(residual);
+  const auto evaluate = [&part](const Eigen::VectorXd& x, Eigen::VectorXd& residual) {
+    mode_residual(part, x, residual);
+    return true;
+  };
+  const LeastSquares problem = {static_cast<Eigen::Index>(2 * part.factor.size()), kModeParameters, evaluate, {}};
   StructuralMode best;
   double least = 0.0;
   for (const double share : {0.3, -1.0}) {
     Eigen::VectorXd x(static_cast<Eigen::Index>(kModeParameters));
     x << 0.0, 0.0, share, std::log(2.0 * M_PI * peak_hz), std::log(std::abs(share) / (2.0 * height));
-    Eigen::LevenbergMarquardt<Eigen::NumericalDiff<ModeResidual>> solver(differences);
-    solver.minimize(x);
-    if (share > 0.0 || solver.fnorm < least) {
-      least = solver.fnorm;
-      best = ModeResidual::mode_of(x);
+    const double norm = minimize(problem, {}, x);
+    if (share > 0.0 || norm < least) {
+      least = norm;
+      best = mode_of(x);
       best.share *= std::exp(x[kGain]);  // relative to the rigid body, not to the response with other modes
     }
   }
