@@ -1,9 +1,6 @@
 # shellcheck shell=bash
 # Progress of a build: one rewritten line on a terminal, and elsewhere a line every ten seconds at most.
 
-# The link optimises across files: it takes as long as compiling this many files, measured.
-build_progress_link_files=8
-
 # Seconds from any origin; a test replaces it by its own.
 progress_now_s() { printf '%s' "$SECONDS"; }
 
@@ -22,7 +19,7 @@ duration_words() {
 # Reads Ninja's lines ("[12/209] Building ..."), writes progress and remaining time. The pace is that of the completed
 # files.
 show_build_progress() {
-  local started last now line step total files left text terminal=no begun=no
+  local started last now line step total left text terminal=no begun=no
   [[ -t 1 ]] && terminal=yes
   started="$(progress_now_s)"
   last="$started"
@@ -33,8 +30,7 @@ show_build_progress() {
     ((step > 0)) || continue # "[0/2] Re-checking globbed directories", before Ninja has counted its work
     begun=yes
     now="$(progress_now_s)"
-    files=$((total + build_progress_link_files))
-    left=$(((now - started) * (files - step) / step))
+    left=$(((now - started) * (total - step) / step))
     if [[ "$terminal" == no ]] && ((now - last < 10 && step != total - 1)); then
       continue
     fi
@@ -43,9 +39,9 @@ show_build_progress() {
     ((step == total - 1)) && text="$text, linking"
     ((step * 50 > total && step < total)) && text="$text; about $(duration_words "$left") left"
     if [[ "$terminal" == yes ]]; then
-      printf '\r[%3d %%] %-60s' "$((100 * step / files))" "$text"
+      printf '\r[%3d %%] %-60s' "$((100 * step / total))" "$text"
     else
-      printf '[%3d %%] %s\n' "$((100 * step / files))" "$text"
+      printf '[%3d %%] %s\n' "$((100 * step / total))" "$text"
     fi
   done
   if [[ "$begun" == yes ]]; then
