@@ -417,6 +417,7 @@ static void count_drops(target_tracking *self, bool tracks) {
   if (!tracks) {
     self->drops = 0;
     self->stale = false;
+    camera_input_expect_restarts(&self->frames);
     return;
   }
   const uint32_t dropped = self->frames.dropped - self->objects.dropped;

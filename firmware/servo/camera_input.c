@@ -2,7 +2,7 @@
 
 #include "base/scalar.h"
 
-enum { HALF_COUNTERS = 128, ROUNDING = CAMERA_TIMES_PER_TICK / 2 };
+enum { HALF_COUNTERS = CAMERA_COUNTERS / 2, ROUNDING = CAMERA_TIMES_PER_TICK / 2 };
 
 control_status camera_input_check(const camera_input_params *params) {
   const scalar_range ranges[] = {
@@ -37,9 +37,22 @@ static pointing_frame drop(camera_input *input, camera_drop why) {
 static bool has_restarted(camera_input *input, uint8_t counter) {
   const uint8_t ahead = (uint8_t)(counter - input->restart_last);
   const bool advances = input->restarts > 0 && ahead >= 1 && ahead <= CAMERA_RESTART_STEP;
-  input->restarts = advances ? (uint8_t)(input->restarts + 1) : 1;
+  input->restarts = advances ? (uint16_t)(input->restarts + 1) : 1;
   input->restart_last = counter;
-  return input->restarts >= CAMERA_RESTART;
+  if (input->restarts < CAMERA_RESTART << input->doublings) {
+    return false;
+  }
+  input->doublings = (uint8_t)(input->doublings + (input->doublings < CAMERA_RESTART_DOUBLINGS ? 1 : 0));
+  input->in_order = 0;
+  return true;
+}
+
+static void count_in_order(camera_input *input) {
+  input->in_order = (uint16_t)(input->in_order + 1);
+  if (input->in_order >= CAMERA_COUNTERS) {
+    input->in_order = 0;
+    input->doublings = 0;
+  }
 }
 
 /* Counts what was skipped. Returns whether the message is newer than all before it. */
@@ -48,6 +61,7 @@ static bool is_newer(camera_input *input, uint8_t counter) {
   const bool newer = !input->heard || (ahead != 0 && ahead < HALF_COUNTERS);
   if (newer) {
     input->missed += input->heard ? (uint32_t)ahead - 1u : 0u;
+    count_in_order(input);
   } else if (!has_restarted(input, counter)) {
     return false;
   }

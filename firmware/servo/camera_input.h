@@ -6,7 +6,8 @@
  * decides: 1 .. 127 ahead is newer, anything else was sent before or twice. A sender that has begun anew shows by
  * CAMERA_RESTART messages in a row that are not newer, each 1 .. CAMERA_RESTART_STEP counters ahead of the one before:
  * the last of them counts. So a frozen counter or one that runs backwards never drives an axis, and of two senders at
- * once only one gets through.
+ * once only one gets through. Each time a sender begins anew, the next time takes twice as many messages, until the
+ * counters have once gone round: pictures that return again and again, numbers and all, soon do not count.
  *
  * The error of a message is found when it arrives, between two ticks. The caller finds the age of the exposure: the
  * message states it, or the node's clock (servo/exposure_clock.h) or the camera's strobe (servo/strobe_log.h) gives it.
@@ -27,6 +28,8 @@ enum {
   CAMERA_BEST_QUALITY = 100,
   CAMERA_RESTART = 4, /* messages */
   CAMERA_RESTART_STEP = 8,
+  CAMERA_COUNTERS = 256,
+  CAMERA_RESTART_DOUBLINGS = 6, /* then CAMERA_COUNTERS messages; a ring of more than half as many is always newer */
   CAMERA_NO_TARGET = 0
 };
 
@@ -74,7 +77,9 @@ typedef struct {
   bool heard;           /* a message has counted */
   uint8_t last_counter; /* of the newest message that counted */
   uint8_t restart_last; /* counter of the last message that was not newer */
-  uint8_t restarts;     /* such messages in a row whose counters advance */
+  uint16_t restarts;    /* such messages in a row whose counters advance */
+  uint8_t doublings;    /* of how many of them a sender that begins anew needs */
+  uint16_t in_order;    /* messages that were newer since it began anew, up to CAMERA_COUNTERS */
   bool rolled;          /* `roll` is of `roll_rad`: computed when it changes, because it takes 60 instructions */
   float roll_rad;
   rotation roll;
@@ -86,6 +91,9 @@ typedef struct {
 
 /* Returns CONTROL_OK, or why these parameters are refused. */
 control_status camera_input_check(const camera_input_params *params);
+
+/* The next sender that begins anew needs no more than CAMERA_RESTART messages. */
+static inline void camera_input_expect_restarts(camera_input *input) { input->doublings = 0; }
 
 /* Forgets all messages. */
 void camera_input_reset(camera_input *input);

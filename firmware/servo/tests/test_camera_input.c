@@ -145,6 +145,43 @@ static void test_a_frozen_counter_and_one_that_runs_backwards_never_count(void) 
   TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, input.last_drop);
 }
 
+/* Of the last round; a ring is sent `rounds` times, with counters from 10 on. */
+static unsigned taken_in_round(unsigned ring, unsigned rounds) {
+  unsigned taken = 0;
+  for (unsigned round = 0; round < rounds; ++round) {
+    taken = 0;
+    for (unsigned i = 0; i < ring; ++i) {
+      taken += give_counter((uint8_t)(10 + i)).fresh ? 1 : 0;
+    }
+  }
+  return taken;
+}
+
+/* In the second round it looks like a sender that was restarted, in the eighth it does not. */
+static void test_frames_that_return_again_and_again_do_not_count(void) {
+  for (unsigned ring = 1; ring <= CAMERA_COUNTERS / 2; ++ring) {
+    camera_input_reset(&input);
+    TEST_ASSERT_EQUAL(ring, taken_in_round(ring, 1));
+    TEST_ASSERT_EQUAL(ring >= CAMERA_RESTART ? ring - CAMERA_RESTART + 1 : 0, taken_in_round(ring, 1));
+    TEST_ASSERT_EQUAL(0, taken_in_round(ring, 7));
+  }
+}
+
+/* Restarted by hand: once when its counters have gone round, and as often as wanted while no axis tracks. */
+static void test_a_sender_that_begins_anew_later_is_heard_as_soon(void) {
+  for (int restart = 0; restart < 20; ++restart) {
+    for (unsigned i = 0; i <= CAMERA_COUNTERS + CAMERA_RESTART; ++i) {
+      const bool fresh = give_counter((uint8_t)i).fresh;
+      TEST_ASSERT_EQUAL(restart == 0 || i >= CAMERA_RESTART - 1, fresh);
+    }
+    give_counter(105); /* then it begins anew from 0 */
+  }
+  for (int restart = 0; restart < 20; ++restart) {
+    camera_input_expect_restarts(&input);
+    TEST_ASSERT_EQUAL(20 - CAMERA_RESTART + 1, taken_in_round(20, 1));
+  }
+}
+
 /* 60 counters apart, in turn: the one ahead is heard, the other never. */
 static void test_of_two_senders_one_is_heard(void) {
   for (uint8_t i = 0; i < 200; ++i) {
@@ -185,6 +222,8 @@ int main(void) {
   RUN_TEST(test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted);
   RUN_TEST(test_a_sender_that_began_anew_is_heard_from_its_fourth_advancing_counter);
   RUN_TEST(test_a_frozen_counter_and_one_that_runs_backwards_never_count);
+  RUN_TEST(test_frames_that_return_again_and_again_do_not_count);
+  RUN_TEST(test_a_sender_that_begins_anew_later_is_heard_as_soon);
   RUN_TEST(test_of_two_senders_one_is_heard);
   RUN_TEST(test_parameters_out_of_range_are_refused);
   return UNITY_END();
