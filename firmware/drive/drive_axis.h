@@ -27,7 +27,7 @@
 typedef enum {
   DRIVE_NOT_TRACKING = 0, /* another mode, or not in operation */
   DRIVE_SEARCHING = 1,    /* no target since tracking began; the axis stands */
-  DRIVE_ACQUIRING = 2,    /* a target is followed, not yet within 6067 for 6068 */
+  DRIVE_ACQUIRING = 2,    /* a target is followed, not within 6067 for 6068 yet, or outside for 6068 */
   DRIVE_ON_TARGET = 3,
   DRIVE_COASTING = 4,   /* no frame with a target for DRIVE_COASTS_AFTER ticks; the axis goes on as estimated */
   DRIVE_TARGET_LOST = 5 /* for longer than 2011:5; the axis stands */

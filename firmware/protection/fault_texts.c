@@ -530,10 +530,9 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "While the speed, position or tracking loop is closed.",
          .timer = "",
          .cause = "Somebody applied an unstable set in spite of the check against the identified plant (2056), or 2056 "
-                  "does not "
-                  "describe this axis.",
+                  "does not describe this axis. In mode -1 also the camera: a wrong sign or age of its frames.",
          .check = "Compare the CRC of the active set, 2070:4, with that of the set that you applied. If 2056 is not of "
-                  "this axis, identify it again.",
+                  "this axis, identify it again. After mode -1 compare the stated age with 3073:5.",
          .cure = "Lower the gain that the check named in 2070:6, or tune again (servoctl tune).",
          .clear = NOTHING},
     [FAULT_SENSORS_DRIFT] =

@@ -193,6 +193,8 @@ void test_a_steep_pass_on_the_board_is_the_hosts() {
   compare("pass at 85 deg", steep_pass(), Gains{sim::kPassProportional_per_s, sim::kPassEstimator_rad_s}, {5.0, 5.0});
 }
 
+constexpr std::uint32_t kRight = 1;  // 3072:9; higher: the picture is turned or mirrored
+
 // The targets of test_swinging_target, in pictures of the azimuth; the pitch sees its target in the centre.
 void test_a_target_that_moves_already_stops_no_axis_of_the_board() {
   const int count = by_size(1, 4, 20);
@@ -222,6 +224,7 @@ void test_a_target_that_moves_already_stops_no_axis_of_the_board() {
     TEST_MESSAGE(text.c_str());
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, board.client.error_code(0), text.c_str());
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(0, board.client.error_code(1), text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(board.client.read(0x3072, 9).value_or(99) <= kRight, text.c_str());
   }
 }
 
