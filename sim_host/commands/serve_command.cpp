@@ -106,7 +106,8 @@ void add_device(CLI::App& command, OutputFiles& outputs, ServeCommand& serving, 
       ->excludes(image);
   command
       .add_option("--nodes", serving.options.nodes,
-                  "number of nodes; node ids and serial numbers count up, the flash files get the endings .2, .3 ...")
+                  "number of nodes; node ids and serial numbers count up, the files of --flash and --truth get the "
+                  "endings .2, .3 ...")
       ->check(CLI::Range(1, 16))
       ->capture_default_str()
       ->excludes(image);
@@ -138,7 +139,10 @@ void add_serve(CLI::App& app, int& code, const std::vector<std::string>& argumen
       ->capture_default_str();
   add_target(*command, outputs, serving->target);
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, kUntilStdinEndsHelp);
-  command->callback([serving, &code, &arguments, &serve_board] {
+  command->callback([serving, outputs, &code, &arguments, &serve_board] {
+    for (int i = 1; i < serving->options.nodes; ++i) {
+      outputs.check("--truth", file_of_device(serving->target.options.truth_csv, i));
+    }
     if (!serving->board.image.empty() && !serve_board) {
       hand_over_to_board(arguments);
     }

@@ -318,7 +318,8 @@ void add_base_motion(CLI::App& app) {
   outputs.input("--plant", options->plant, "plant file (TOML)");
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  outputs.folder("--out", options->out_dir, "folder for base_motion.json", {"base_motion.json"});
+  outputs.folder("--out", options->out_dir, "folder for base_motion.json, and of the results.json that gets the rows",
+                 {"base_motion.json"});
   command->callback([options] { base_motion(*options); });
 }
 

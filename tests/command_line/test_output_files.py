@@ -108,6 +108,14 @@ def test_a_file_that_exists_is_left_alone(plant, tmp_path, command, option, resu
     assert file.read_text() == MINE
 
 
+def test_the_truth_of_the_second_node_is_left_alone(plant, tmp_path):
+    second = tmp_path / "truth.csv.2"
+    second.write_text(MINE)
+    command = f"sim_host serve --plant PLANT --nodes 2 --target {SCENARIOS}/tracking.toml"
+    refused(call(command, plant, "--truth", tmp_path / "truth.csv"), command, "--truth", str(second), "exists already")
+    assert second.read_text() == MINE
+
+
 @pytest.mark.parametrize("command, option", [(c, o) for c, o, result in WRITERS if not result and "PLANT" in c])
 def test_overwrite_does_not_replace_what_the_command_reads(plant, tmp_path, command, option):
     before = plant.read_text()

@@ -28,6 +28,9 @@ using Ends = std::vector<std::unique_ptr<BusEnd>>;
 
 constexpr auto kHeldTime = std::chrono::milliseconds(1);
 constexpr int kLatestReady_ticks = 1000;
+// At a multiple of real time several ticks are made at one wake, because waking costs more than a tick.
+constexpr auto kLongestNap = std::chrono::milliseconds(1);
+constexpr int kNap_ticks = 10;
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -100,11 +103,6 @@ class ReadyMonitor {
   int ticks_ = 0;
   VirtualBus::Port port_;
 };
-
-// Of the n-th device, from 0 on: of all but the first with its number.
-std::filesystem::path file_of(const std::filesystem::path& file, int number) {
-  return number == 0 || file.empty() ? file : std::filesystem::path(fmt::format("{}.{}", file.string(), number + 1));
-}
 
 // Waits for a frame from a client or for the next tick. Returns false when a signal came, or standard input has ended
 // and that stops the server.
@@ -184,7 +182,7 @@ class Scenery {
  private:
   static TargetOptions target_of(TargetOptions options, int number) {
     options.camera_cob_id += static_cast<std::uint32_t>(number);
-    options.truth_csv = file_of(options.truth_csv, number);
+    options.truth_csv = file_of_device(options.truth_csv, number);
     options.video = options.video.empty() || number == 0 ? options.video : "pgm-tcp:0";
     return options;
   }
@@ -197,9 +195,11 @@ class Scenery {
 void run_at_pace(Scenery& scenery, const Ends& ends, const ServeOptions& options, ReadyMonitor& monitor) {
   const double pace = *options.pace;
   const auto tick_time = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kTick_s / pace));
+  const auto later =
+      std::max(std::min<Clock::duration>(kLongestNap, kNap_ticks * tick_time) - tick_time, Clock::duration{});
   Clock::time_point last = Clock::now();
   Clock::time_point next_tick = last + tick_time;
-  while (wait(ends, next_tick, options.until_stdin_ends)) {
+  while (wait(ends, next_tick + later, options.until_stdin_ends)) {
     pump(ends);
     const Clock::time_point now = Clock::now();
     const bool held = pace > 1.0 && any_is_behind(ends);
@@ -260,7 +260,7 @@ std::vector<std::unique_ptr<Device>> simulated_devices(const PlantConfig& plant,
     of_node.kbit_s = static_cast<std::uint16_t>(options.bit_rate / 1000);
     of_node.serial_number = options.serial_number + static_cast<std::uint32_t>(i);
     of_node.seed = options.seed + static_cast<std::uint64_t>(i);
-    of_node.flash = file_of(options.flash, i);
+    of_node.flash = file_of_device(options.flash, i);
     of_node.holding_brakes = true;
     devices.push_back(std::make_unique<SimulatedDevice>(plant, bus, of_node));
   }
@@ -268,6 +268,10 @@ std::vector<std::unique_ptr<Device>> simulated_devices(const PlantConfig& plant,
 }
 
 }  // namespace
+
+std::filesystem::path file_of_device(const std::filesystem::path& file, int number) {
+  return number == 0 || file.empty() ? file : std::filesystem::path(fmt::format("{}.{}", file.string(), number + 1));
+}
 
 ServeReports reports_on_stdout() {
   ServeReports reports;

@@ -48,6 +48,9 @@ struct ServeReports {
       ready;  // the device's boot-up message was on the bus, or 1 s of its time has passed without one
 };
 
+// A file of the n-th device, from 0 on: of all but the first with its number.
+std::filesystem::path file_of_device(const std::filesystem::path& file, int number);
+
 constexpr const char *kUntilStdinEndsHelp =
     "exit at end of standard input, so that the program does not outlive its parent";
 
