@@ -213,6 +213,13 @@ def score_of(counts):
     return 100.0 * counts["killed"] / decided if decided else None
 
 
+def is_too_low(counts, minimum):
+    """Whether a true score of `minimum` per cent would kill so few in less than 1 of 20 draws."""
+    decided, share = counts["killed"] + counts["survived"], minimum / 100.0
+    chance = sum(math.comb(decided, k) * share**k * (1.0 - share) ** (decided - k) for k in range(counts["killed"] + 1))
+    return chance < 0.05
+
+
 def score(counts):
     value = score_of(counts)
     return "-" if value is None else f"{value:.1f} %"
@@ -236,7 +243,7 @@ def arguments():
     parser.add_argument("--changed", nargs="?", const="main", metavar="BASE",
                         help="only files of the firmware that changed since this branch left BASE (default: main)")
     parser.add_argument("--again", type=Path, metavar="FILE", help="only the survivors and time-outs that --json wrote to FILE")
-    parser.add_argument("--minimum", type=float, metavar="PERCENT", help="fail if the score of all is below PERCENT")
+    parser.add_argument("--minimum", type=float, metavar="PERCENT", help="fail if a true score of PERCENT would give one as low as this in less than 1 of 20 draws")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="N", help="at once; default: one per processor")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write each mutant and its result to FILE")
     return parser.parse_args()
@@ -300,10 +307,11 @@ def main():
                                              "result": r.kind, "by": r.by, "reason": r.reason} for r in results], indent=1))
     for line in stale:
         print(line)
-    total = score_of(Counter(result.kind for result in results))
-    low = options.minimum is not None and total is not None and total < options.minimum
+    counts = Counter(result.kind for result in results)
+    total = score_of(counts)
+    low = options.minimum is not None and is_too_low(counts, options.minimum)
     if low:
-        print(f"The score {total:.1f} % is below {options.minimum:g} %: add a test for each survivor above, or remove the code that no test needs. "
+        print(f"The score {total:.1f} % is below {options.minimum:g} %, and that is no chance: add a test for each survivor above, or remove the code that no test needs. "
               f"--seed {options.seed} draws these mutants again.")
     return 1 if stale or low else 0
 

@@ -3,10 +3,11 @@
 import datetime
 import re
 import sys
+from collections import Counter
 
 from equivalent import Equivalents
 from mutants import loop_ends, mutants_of
-from mutate import arguments
+from mutate import arguments, is_too_low
 
 SOURCE = """\
 #include "base/scalar.h"
@@ -35,6 +36,13 @@ def test_a_mutant_changes_one_line_of_code_and_no_comment():
     assert ("return value + 1;", "return value - 1;") in texts(mutants)
     assert {mutant.line for mutant in mutants} == {5, 6, 7, 8, 9, 10}
     assert not any("full" in text or "8 " in text for pair in texts(mutants) for text in pair)
+
+
+def test_a_low_score_of_few_mutants_may_be_chance():
+    assert not is_too_low(Counter(killed=50, survived=10), 90.0)
+    assert is_too_low(Counter(killed=48, survived=12), 90.0)
+    assert is_too_low(Counter(killed=255, survived=45), 90.0)
+    assert not is_too_low(Counter(killed=6), 90.0)
 
 
 def test_the_mutated_source_differs_in_this_line_alone():
