@@ -52,6 +52,8 @@ class CameraFit:
     """What the fit leaves, root mean square of a coordinate."""
     at_first: tuple[float, float]
     """The target's place at the first pose along azimuth and pitch, rad."""
+    at_first_half: tuple[float, float]
+    """The noise of the first pose included."""
 
 
 def image_of(target: Sequence[float] | Real, azimuth_rad: float, pitch_rad: float) -> tuple[float, float]:
@@ -112,10 +114,15 @@ def fit_camera(poses: Sequence[Pose]) -> CameraFit:
     ])  # fmt: skip
     t = T_95[freedom - 1] if freedom <= len(T_95) else 2.0
     half = t * np.sqrt(np.diag(by.T @ covariance @ by))
+    at_first = image_of(unknown[4:6], poses[0].azimuth_rad, poses[0].pitch_rad)
+    at_by = np.array([
+        [(a - b) / step.max() for a, b in zip(image_of((unknown + step)[4:6], poses[0].azimuth_rad, poses[0].pitch_rad), at_first, strict=True)]
+        for step in np.diag(unit)
+    ])  # fmt: skip
+    at_half = t * np.sqrt(np.diag(at_by.T @ covariance @ at_by) + variance)
     return CameraFit(
-        scale, roll, mirrored, float(half[0]), float(half[1]), anisotropy, math.sqrt(variance),
-        image_of(unknown[4:6], poses[0].azimuth_rad, poses[0].pitch_rad),
-    )  # fmt: skip
+        scale, roll, mirrored, float(half[0]), float(half[1]), anisotropy, math.sqrt(variance), at_first, (float(at_half[0]), float(at_half[1]))
+    )
 
 
 def unit_scale(slope: Real) -> Real:

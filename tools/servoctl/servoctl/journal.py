@@ -95,6 +95,8 @@ class Journal:
             return []
         except OSError as error:
             raise InputError(f"{self.path}: the journal cannot be read: {error.strerror}.") from error
+        except UnicodeDecodeError as error:
+            raise InputError(f"{self.path}: the journal is not UTF-8: servoctl did not write all of it.") from error
         found: list[Entry] = []
         for number, line in enumerate(lines, 1):
             try:

@@ -8,6 +8,8 @@ from .parameter import AXES
 ENVELOPE, RESTRICTIONS_SUB, LOWEST_SUB, HIGHEST_SUB, AXIS_SHIFT = 0x2061, 1, 3, 4, 0x800
 
 NO_TRAVEL, UNKNOWN_TURN, COMMISSIONING = 1, 2, 4
+BANKS_AS_NEEDED = 0x80
+"""Of 3061:1."""
 
 
 def turn_is_unknown(device: Device, axis: int) -> bool:
@@ -23,6 +25,12 @@ def possible_turns(device: Device, axis: int) -> tuple[int, int]:
 
 def reason(device: Device, axis: int) -> str | None:
     """One sentence for people, or None when nothing restricts the axis or the node is older than 2061."""
+    status = device.try_upload(0x3061, 1)
+    if status is not None and not int.from_bytes(status, "little") & BANKS_AS_NEEDED:
+        return (
+            "the flash of its chip has other banks than the image needs, so it gives no torque and stores nothing. Set the"
+            " option bytes DBANK and BFB2 with tools/image/board options."
+        )
     found = device.schema.by_index(ENVELOPE + AXIS_SHIFT * axis, RESTRICTIONS_SUB)
     if found is None:
         return None

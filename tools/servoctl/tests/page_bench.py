@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
+from urllib.parse import urlsplit
 
 import can
 import pytest
@@ -182,16 +183,21 @@ DRAW_RARELY = "window.requestAnimationFrame = draw => setTimeout(() => draw(perf
 
 @contextmanager
 def opened(browser: Browser, server: Server, draws_rarely: bool = True, **options: Any) -> Iterator[Page]:
-    """A page that shows the node, in a context of its own."""
+    """A page that shows the node, in a context of its own. It needs no network: it asks nobody but its own server."""
     context = browser.new_context(**({"viewport": {"width": 1000, "height": 800}} | options))
     if draws_rarely:
         context.add_init_script(DRAW_RARELY)
     try:
         page = context.new_page()
+        asked: list[str] = []
+        page.on("request", lambda request: asked.append(request.url))
         page.set_default_timeout(1e3 * PATIENCE_S)
         page.goto(server.link)
         wait_for_text(page.locator("#link"), "operational")
         yield page
+        own = urlsplit(server.link).netloc
+        elsewhere = [url for url in asked if urlsplit(url).netloc not in ("", own)]
+        assert asked and not elsewhere, elsewhere
     except BaseException:
         print(f"link: {page.locator('#link').get_attribute('title')}; events: {page.locator('#events li').all_text_contents()}")
         raise

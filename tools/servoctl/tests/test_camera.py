@@ -19,11 +19,14 @@ real_time = pytest.mark.real_time
 CAMERA = "541"
 PLACE = (0.8, 2.8)
 OBJECTS = ("0x3071:1", "0x3071:2", "0x3071:7", "0x3071:8")
+STANDS_URAD = 20.0
+"""For so much an axis stands elsewhere after the steps."""
+BORESIGHT = ("0x3071:3", "0x3071:4")
 CALIBRATE = ("camera", "calibrate", "--camera-id", CAMERA, "--json", "--yes")
 
 
-def values(servo: Bench) -> list[float]:
-    return [row["value"] for row in servo.json("get", *OBJECTS)]
+def values(servo: Bench, *objects: str) -> list[float]:
+    return [row["value"] for row in servo.json("get", *(objects or OBJECTS))]
 
 
 def point(servo: Bench) -> None:
@@ -72,6 +75,23 @@ def test_a_camera_is_calibrated_before_a_still_target(servo: Bench, turned: Stil
     assert '"last_state":"tracking"' in right.out.replace(" ", "").splitlines()[-1] and "calibrate" not in right.err
     assert servo("undo").code == 0
     assert values(servo) == before
+
+
+@real_time
+@pytest.mark.alone
+def test_a_laser_that_is_pointed_at_the_target_is_the_boresight(servo: Bench) -> None:
+    before = values(servo, *BORESIGHT)
+    with StillTarget(servo.bus, int(CAMERA, 16), *PLACE) as target:
+        target.count_rad *= 2.0
+        point(servo)
+        shown = servo(*(word for word in CALIBRATE if word != "--json"), "--boresight", "--delay", "0")
+        assert re.search(r"boresight x \(3071:3\) .* ± .* 0\.0 µrad", shown.out), shown
+        found = values(servo, *BORESIGHT)
+        again = servo.json(*CALIBRATE, "--no-write")
+    for now, kept in zip(again["target_urad"], found, strict=True):
+        assert now == pytest.approx(1e6 * kept, abs=STANDS_URAD), (again, found)
+    assert servo("undo").code == 0
+    assert values(servo, *BORESIGHT) == before
 
 
 @real_time
@@ -125,6 +145,9 @@ def test_the_intervals_hold_nineteen_times_of_twenty() -> None:
     scale = np.mean([abs(fit.scale_rad - 1e-6) < fit.scale_half for fit in runs])
     roll = np.mean([abs(fit.roll_rad - 1.0) < fit.roll_half for fit in runs])
     assert 0.92 < scale < 0.98 and 0.92 < roll < 0.98
+    place = image_of((0.1 + 2e-3 / math.cos(0.7), 0.7 + 3e-3), 0.1, 0.7)
+    for axis in range(2):
+        assert np.mean([abs(fit.at_first[axis] - place[axis]) < fit.at_first_half[axis] for fit in runs]) > 0.92
 
 
 def test_pictures_that_do_not_answer_are_no_fit() -> None:

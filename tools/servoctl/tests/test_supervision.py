@@ -217,6 +217,8 @@ def test_a_stop_for_a_silent_master_is_told_with_time_and_remedy_until_the_axis_
         assert 0.0 < azimuth["silent_stop_age_s"] < 30.0 and pitch["silent_stop_age_s"] is None
     heard = unwatched("monitor", "--for", "0.5", "--json").out.splitlines()
     assert [e["code"] for e in json.loads(heard[-1])["emergencies"]] == [0x8101]
+    for words in (("monitor", "--for", "0.5"), ("explain", "8101")):
+        assert "Let the master send" in " ".join(unwatched(*words).out.split()), words
     unwatched("state", "azimuth", "enable")
     assert unwatched.json("info")["axes"][0]["silent_stop_age_s"] is None
     unwatched("state", "azimuth", "disable")

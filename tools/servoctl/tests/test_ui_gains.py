@@ -60,7 +60,8 @@ def test_a_gain_file_is_saved_compared_written_and_undone(servo: Bench, server: 
         wait_for(lambda: bool(servo.value(GAIN) == before), "undone")
 
         serial = next(line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("serial"))
-        path.write_text(path.read_text(encoding="utf-8").replace(serial, "serial = 123456789"), encoding="utf-8")
+        changed = path.read_text(encoding="utf-8").replace(serial, "serial = 123456789")
+        path.write_text(changed, encoding="utf-16", newline="\r\n")  # as an editor of Windows may save it
         page.locator("#gain-file").set_input_files(path)
         wait_for_text(page.locator("#compare-warning"), "another machine (serial number 123456789")
         wrong = tmp_path / "wrong.toml"

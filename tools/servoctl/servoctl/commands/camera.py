@@ -278,21 +278,21 @@ def _show(
         "scale_rad": fit.scale_rad, "scale_half_interval_rad": fit.scale_half, "roll_deg": degrees(fit.roll_rad),
         "roll_half_interval_deg": degrees(fit.roll_half), "mirrored": fit.mirrored, "anisotropy": fit.anisotropy,
         "rms_urad": 1e6 * fit.rms_rad, "target_urad": [1e6 * at for at in fit.at_first],
+        "target_half_interval_urad": [1e6 * half for half in fit.at_first_half],
         "delay_ms": delay.delay_ms if delay is not None and delay.known else None,
         "delay_half_interval_ms": delay.half_interval_ms if delay is not None and delay.known else None,
         "written": not no_write,
         "changes": [{"name": c.parameter.name, "index": c.parameter.where, "old": c.old, "new": c.new} for c in changes],
     })  # fmt: skip
+    scale, roll, mirrored, *boresight = (float(value) for value in before.values())
     rows = [
-        ("image scale (3071:1)", f"{1e6 * fit.scale_rad:.4f} ± {1e6 * fit.scale_half:.4f} µrad"),
-        ("roll (3071:2)", f"{degrees(fit.roll_rad):.2f} ± {degrees(fit.roll_half):.2f}°"),
-        ("mirrored (3071:7)", "yes" if fit.mirrored else "no"),
+        ("image scale (3071:1)", f"{1e6 * fit.scale_rad:.4f} ± {1e6 * fit.scale_half:.4f} µrad", f"{1e6 * scale:.4f} µrad"),
+        ("roll (3071:2)", f"{degrees(fit.roll_rad):.2f} ± {degrees(fit.roll_half):.2f}°", f"{degrees(roll):.2f}°"),
+        ("mirrored (3071:7)", "yes" if fit.mirrored else "no", "yes" if mirrored else "no"),
     ]
-    scale, roll, mirrored = (float(value) for value in list(before.values())[:3])
-    olds = f"{1e6 * scale:.4f} µrad", f"{degrees(roll):.2f}°", "yes" if mirrored else "no"
-    session.out.table(
-        ["", ("found (95 %)", "right"), ("before", "right")], [(*row, old) for row, old in zip(rows, olds, strict=True)]
-    )
+    places = zip(("x (3071:3)", "y (3071:4)"), fit.at_first, fit.at_first_half, boresight, strict=False)  # none without --boresight
+    rows += [(f"boresight {name}", f"{1e6 * at:.1f} ± {1e6 * half:.1f} µrad", f"{1e6 * old:.1f} µrad") for name, at, half, old in places]
+    session.out.table(["", ("found (95 %)", "right"), ("before", "right")], rows)
     if delay is not None:
         _show_delay(session, delay, changes)
     if fit.anisotropy > SQUARE:

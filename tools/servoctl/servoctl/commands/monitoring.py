@@ -188,7 +188,15 @@ def render(ear: Ear, faults: FaultTable, rate: float, load: float | None) -> Gro
             else f"{clock}  errors cleared, register {register:02X}"
         )
         lines.append(Text(text, style="red" if code else ""))
+    lines += [Text(f"          {cure}", style="yellow") for cure in _newest_cure(ear, faults)]
     return Group(*lines)
+
+
+def _newest_cure(ear: Ear, faults: FaultTable) -> list[str]:
+    """What ends the newest error, if its code has one meaning only."""
+    codes = [code for _, code, _ in list(ear.listener.emergencies)[-1:]]
+    found = [faults.words(code) for code in codes if code]
+    return [words[0].cure for words in found if len(words) == 1 and words[0].cure]
 
 
 def _mapping_lines(ear: Ear) -> list[str]:

@@ -555,7 +555,7 @@ class Engine:
             self._tracking = {
                 "states": [tracking.STATES[tracking.state_of(Drive(device, axis))] for axis in range(len(AXES))],
                 "frames": asdict(tracking.frame_counts(device)), "delay": asdict(delay) if delay else None,
-                "note": tracking.return_text(device)[1], "follows": self._follows(),
+                "note": tracking.picture_text(device) or tracking.return_text(device)[1], "follows": self._follows(),
             }  # fmt: skip
 
     # --- the stream -----------------------------------------------------------------------------------------------

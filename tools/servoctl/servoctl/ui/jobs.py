@@ -21,7 +21,7 @@ from ..fault_log import as_json, read_log
 from ..fault_state import read_faults
 from ..fault_table import find_faults
 from ..frequency_response import branch, margins, peak_db
-from ..gains_file import gains_text, parse_gains
+from ..gains_file import GainsFile, gains_text, parse_gains
 from ..limits import Limits, Plan
 from ..loop_model import Complex, read_gains
 from ..loop_test import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
@@ -32,6 +32,7 @@ from ..rate_run import send_rates
 from ..shapes import SETPOINT_TICKS as SHAPE_TICKS
 from ..shapes import plan_shape
 from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, delays, plan_step
+from ..text_file import text_of
 from ..tuning import REVERT, Tuning, command_set, set_state, undo_last
 from ..units import TICK_S, Shown, degrees, number, radians
 from .commission import Commission
@@ -420,9 +421,9 @@ class Jobs:
         values = gain_set.read_to_save(self._device)
         return {"text": gains_text(values, gain_set.about(self._device)), "count": len(values)}
 
-    def compare(self, name: str, text: str) -> dict[str, Any]:
+    def compare(self, name: str, content: bytes) -> dict[str, Any]:
         """A gains file with the device."""
-        file = parse_gains(text, Path(name), self._device.schema)
+        file = self._gains_file(name, content)
         found = gain_set.compare(self._device, file.values)
         serial, mine = file.device.get("serial"), self._device.serial_number()
         other = f"this file was saved from another machine (serial number {serial}; this one is {mine})." if serial not in (None, mine) else ""
@@ -435,9 +436,12 @@ class Jobs:
             ],
         }  # fmt: skip
 
-    def restore(self, name: str, text: str, unlock: bool, word: str) -> list[dict[str, Any]]:
+    def _gains_file(self, name: str, content: bytes) -> GainsFile:
+        return parse_gains(text_of(Path(name), content).text, Path(name), self._device.schema)
+
+    def restore(self, name: str, content: bytes, unlock: bool, word: str) -> list[dict[str, Any]]:
         """Writes a gains file in one piece, and reads it back."""
-        file = parse_gains(text, Path(name), self._device.schema)
+        file = self._gains_file(name, content)
         with self.word(unlock, word):
             changes = gain_set.restore(self._device, gain_set.compare(self._device, file.values), unlock=unlock)
         return self._report(changes, "set")

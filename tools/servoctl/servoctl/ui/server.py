@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import contextlib
 import json
 import socket
@@ -361,11 +362,11 @@ def _job(what: str, message: dict[str, Any]) -> Callable[[Jobs], Any]:
         unlock, word = _lock(message)
         return lambda jobs: jobs.undo(unlock, word)
     if what in ("compare", "restore"):
-        name, text = str(message["name"]), str(message["text"])
+        name, content = str(message["name"]), base64.b64decode(str(message["base64"]), validate=True)
         if what == "compare":
-            return lambda jobs: jobs.compare(name, text)
+            return lambda jobs: jobs.compare(name, content)
         unlock, word = _lock(message)
-        return lambda jobs: jobs.restore(name, text, unlock, word)
+        return lambda jobs: jobs.restore(name, content, unlock, word)
     found = _commission_job(what, message)
     if found is not None:
         return found
