@@ -143,8 +143,7 @@ static void test_both_axes_follow_the_target_of_the_frames(void) {
   }
 }
 
-/* How many ms 60F4 was out of its window when the axis was on target for the last time; 0 if it still is after 200 ms.
- */
+/* For how many ms 60F4 was out of its window while the axis was still on target; 0 if it still is after 200 ms. */
 static unsigned ms_until_off_target(int axis) {
   const uint8_t *state = axis == 0 ? &node.tracking.objects.azimuth_tracking : &node.tracking.objects.pitch_tracking;
   unsigned outside_ms = 0;

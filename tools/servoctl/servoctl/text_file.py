@@ -52,15 +52,13 @@ class TextFile:
 
 def read_text(path: Path, most_bytes: int = MAX_BYTES) -> TextFile:
     """Raises InputError for what cannot be read, is larger, or is no text."""
-    return _text_file(path, _decoded(path, read_bytes(path, most_bytes)))
+    return text_of(path, read_bytes(path, most_bytes))
 
 
 def text_of(path: Path, data: bytes) -> TextFile:
     """The same for the contents of a file that somebody else has read."""
-    return _text_file(path, _decoded(path, data))
-
-
-def _text_file(path: Path, text: str) -> TextFile:
+    text = _decoded(path, data)
+    del data
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     text = text.rstrip("\0\x1a")  # padding, and the end of a file of DOS

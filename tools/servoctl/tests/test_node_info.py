@@ -1,4 +1,4 @@
-"""What `servoctl info` says of the option bytes of the board's chip (3061:1)."""
+"""What servoctl says of the option bytes of the board's chip (3061:1)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 
 from servoctl.commands.node import _option_bytes
 from servoctl.device import Device
+from servoctl.restrictions import reason
 
 BANKS = "DBANK or BFB2: the flash has other banks than the image needs; no torque, and nothing is stored"
 PARITY, PROTECTION = "SRAM_PE: no parity of the RAM", "WRP1A: the image is not write-protected"
@@ -35,3 +36,7 @@ class Board:
 ])  # fmt: skip
 def test_info_names_each_option_byte_that_is_not_as_the_image_needs_it(status: int | None, said: str | None) -> None:
     assert _option_bytes(cast(Device, Board(status))) == said
+
+
+def test_what_keeps_an_axis_off_names_the_banks() -> None:
+    assert "DBANK and BFB2" in (reason(cast(Device, Board(0x30)), 0) or "")

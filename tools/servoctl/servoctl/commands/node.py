@@ -15,6 +15,7 @@ from ..drive import Drive
 from ..errors import ExitCode, InputError
 from ..fault_table import find_faults
 from ..parameter import AXES
+from ..restrictions import BANKS_AS_NEEDED
 from ..session import Session, common
 from ..silent_stop import silent_stop_age_s, silent_stop_text
 from ..tuning import set_state
@@ -122,7 +123,7 @@ def info(session: Session) -> None:
 
 
 _OPTION_BYTES = {
-    0x80: "DBANK or BFB2: the flash has other banks than the image needs; no torque, and nothing is stored",
+    BANKS_AS_NEEDED: "DBANK or BFB2: the flash has other banks than the image needs; no torque, and nothing is stored",
     0x10: "SRAM_PE: no parity of the RAM",
     0x20: "WRP1A: the image is not write-protected",
 }
