@@ -66,6 +66,14 @@ def test_a_page_selects_its_test_alone(repository):
     assert chosen(changed(repository).stdout) == {"short": "docs/can.md (only these tests: test_docs)", "socketcan": "docs/can.md"}
 
 
+def test_a_line_of_firmware_leaves_out_the_tests_without_a_servo(repository):
+    write(repository, "firmware/control/biquad.c", "tests/judges/new.py")
+    reason = chosen(changed(repository).stdout)["short"]
+    assert reason.endswith("(without the tests with the label without_servo, but with these: plant_against_mujoco)")
+    write(repository, "firmware/control/biquad.h")
+    assert "(" not in chosen(changed(repository).stdout)["short"]
+
+
 def test_committed_uncommitted_new_deleted_and_renamed_files_count(repository):
     write(repository, "tools/report/old.py", "tests/canopen/gone.py", "tools/misra/edited")
     commit(repository)

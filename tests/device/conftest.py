@@ -3,8 +3,10 @@
 --device selects the servo (device.py), --bus the bus: slcan-tcp:0 or, where it exists, socketcan:vcan0.
 Marks: `speed`: of node time, other than FAST, where the computer must send set-points in time or read every tick.
 `power_on`: both axes are where they were at power-on. `simulator`: a test of the simulator alone. `smoke`: the few that run on the image in the small size.
+`variants_on_image`: so many of the test's variants run on the image, except in the large size.
 """
 
+import collections
 import contextlib
 import logging
 import os
@@ -23,21 +25,27 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    for mark in ("speed", "power_on", "simulator", "smoke"):
+    for mark in ("speed", "power_on", "simulator", "smoke", "variants_on_image"):
         config.addinivalue_line("markers", mark)
 
 
 def pytest_collection_modifyitems(config, items):
-    """The tests of the simulator alone belong to the run on it; in the small size, few run on the image."""
+    """The tests of the simulator alone belong to the run on it; in the small size, few run on the image, and in the medium
+    size not all variants."""
+    if config.getoption("--device") == "sim":
+        return
+    size = os.environ.get("TESTS_SIZE", "medium")
+    variants = collections.Counter()
 
     def is_of_this_run(item):
-        if config.getoption("--device") == "sim":
-            return True
-        small = os.environ.get("TESTS_SIZE") == "small"
-        return not item.get_closest_marker("simulator") and (not small or bool(item.get_closest_marker("smoke")))
+        limit = item.get_closest_marker("variants_on_image")
+        variants[item.function] += 1
+        too_many = limit is not None and size != "large" and variants[item.function] > limit.args[0]
+        return not item.get_closest_marker("simulator") and not too_many and (size != "small" or bool(item.get_closest_marker("smoke")))
 
-    config.hook.pytest_deselected(items=[item for item in items if not is_of_this_run(item)])
-    items[:] = [item for item in items if is_of_this_run(item)]
+    chosen = [item for item in items if is_of_this_run(item)]
+    config.hook.pytest_deselected(items=[item for item in items if item not in chosen])
+    items[:] = chosen
 
 
 class Bench:

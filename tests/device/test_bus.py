@@ -2,6 +2,7 @@
 
 import re
 import select
+import signal
 import socket
 import struct
 import threading
@@ -117,3 +118,16 @@ def test_flood_of_the_nodes_own_identifiers_does_not_stop_the_axis(flooded, repo
     report(f"own identifiers: {sum(map(len, heard.values())) / SECONDS:.0f} frames per second of the node")
     assert len(heard[0x77F]) / SECONDS > 200
     expect_an_undisturbed_axis(heard)
+
+
+def test_frames_of_a_client_that_leaves_at_once_reach_the_node(serve):
+    """150 frames and NMT start while the server is busy elsewhere: the connection is gone before it looks."""
+    served = serve("--speed", "1").wait_until_ready()
+    served.process.send_signal(signal.SIGSTOP)
+    with socket.create_connection(served.tcp) as client:
+        client.sendall(b"C\rS8\rO\r" + 150 * b"t7FF0\r" + b"t00020101\rC\r")
+    served.process.send_signal(signal.SIGCONT)
+    master = Master(served.open_bus())
+    master.wait_for_state(5)
+    master.close()
+    served.close()

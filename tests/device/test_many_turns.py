@@ -79,6 +79,7 @@ def stream_by(axis, encoder, degrees):
     assert 360 * (encoder.turns - before) == pytest.approx(degrees, abs=0.05)
 
 
+@pytest.mark.variants_on_image(1)
 @up_and_down
 def test_moves_across_the_wrap_are_as_ordered(endless, side):
     be_seen_31_turns_away(endless, side)

@@ -220,11 +220,13 @@ def sequence_of(number):
     return random.Random(DAY * 1000 + number)
 
 
+@pytest.mark.variants_on_image(5)
 @pytest.mark.parametrize("number", range(0, SEQUENCES, 2))
 def test_pp_does_as_the_model(azimuth, number):
     Sequence(azimuth, sequence_of(number), Travel(azimuth)).run()
 
 
+@pytest.mark.variants_on_image(5)
 @pytest.mark.parametrize("number", range(1, SEQUENCES, 2))
 def test_pp_without_a_travel_does_as_the_model(at_the_wrap, number):
     at_the_wrap.command(0)

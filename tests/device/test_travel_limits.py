@@ -36,6 +36,7 @@ def outwards(axis, mode, direction, rate, end_rad):
         axis.set(direction * rate, 0x60FF)
 
 
+@pytest.mark.variants_on_image(2)
 @pytest.mark.parametrize("mode", [PP, PV])
 @pytest.mark.parametrize("rate", [100_000, 350_000, 1_000_000])
 def test_a_move_to_the_hard_end_stops_inside_with_bit_11(master, node, azimuth, pitch, report, mode, rate):

@@ -17,8 +17,8 @@ steps_of_kind() {
 }
 
 # By the place of the file. "short:TEST" is the step short with this one of its tests; likewise "long:TEST", for a test
-# that the gate leaves out. "all" is for a file that this list does not know, and for what every step uses. The first
-# pattern that fits counts.
+# that the gate leaves out. "short:-LABEL" is the step short without the tests that have this label of CTest. "all" is for a
+# file that this list does not know, and for what every step uses. The first pattern that fits counts.
 steps_of_place() {
   case "$1" in
     LICENSE | .gitignore | .dockerignore | .editorconfig | .github/*) ;;
@@ -49,7 +49,8 @@ steps_of_place() {
     hal/stm32g474/openocd.cfg) ;;
     hal/stm32g474/*.ld) echo image short long servoctl-image check ;;
     hal/cortex_m4_qemu/*.ld) echo cortex-m4 ;;
-    firmware/*.[ch]) echo "$firmware_steps" ;;
+    firmware/canopen/*.[ch] | firmware/*.h) echo "$firmware_steps" ;;
+    firmware/*.c) echo "${firmware_steps/ short / short:-without_servo }" ;;
     hal/stm32g474/*.[chS]) echo image lint short long reproducible tidy servoctl-image check ;;
     hal/cortex_m4_qemu/*.[chS]) echo lint cortex-m4 ;;
     hal/*.[ch]) echo "$firmware_steps" ;;
@@ -135,18 +136,30 @@ print_affected() {
     others=$(($(tr ' ' '\n' <<<"${affected_by[$step]}" | sort -u | grep -c .) - 1))
     reason="${affected_first[$step]}"
     ((others == 0)) || reason+=" and $others more"
-    [[ -z "$(limited_tests "$step")" ]] || reason+=" (only these tests: $(limited_tests "$step" | tr '\n' ' ' | sed 's/ $//'))"
+    [[ -z "$(limited_tests "$step")" ]] || reason+=" ($(limits_in_words "$step"))"
     printf '  %-14s  %s\n' "$step" "$reason"
   done
   [[ $none == no ]] || echo "  none"
 }
 
-# limited_tests STEP: the tests that the step is limited to by the changes, one per line; nothing if it runs all.
+# limited_tests STEP: the tests that the step is limited to by the changes, or -LABEL, one per line; nothing if it runs all.
 limited_tests() {
   case " ${affected_tests[$1]:-all} " in
     *" all "*) ;;
     *) tr ' ' '\n' <<<"${affected_tests[$1]}" | grep . | LC_ALL=C sort -u ;;
   esac
+}
+
+# limits_in_words STEP: what limited_tests says.
+limits_in_words() {
+  local label named
+  label="$(limited_tests "$1" | sed -n 's/^-//p')"
+  named="$(limited_tests "$1" | grep -v ^- | paste -sd ' ')"
+  if [[ -z "$label" ]]; then
+    echo "only these tests: $named"
+  else
+    echo "without the tests with the label $label${named:+, but with these: $named}"
+  fi
 }
 
 declare -A affected_first=() affected_by=() affected_tests=()

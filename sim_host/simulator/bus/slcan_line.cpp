@@ -30,7 +30,8 @@ bool SlcanLine::pump() {
   forward();
   const bool alive = receive();
   forward();
-  return flush() && alive;
+  const bool hears = flush();
+  return (hears && alive) || !session_.to_bus().empty();  // what a client sent before it left goes over the bus
 }
 
 bool SlcanLine::receive() {

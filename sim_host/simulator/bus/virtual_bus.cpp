@@ -25,11 +25,19 @@ std::uint64_t arbitration_key(const can_frame& frame) {
 
 VirtualBus::Port VirtualBus::attach(Receiver receiver, std::size_t queue_limit) {
   const Port port = next_port_++;
-  nodes_.emplace(port, Node{std::move(receiver), {}, queue_limit, kEveryBitRate});
+  nodes_.emplace(port, Node{std::move(receiver), {}, queue_limit, kEveryBitRate, false});
   return port;
 }
 
-void VirtualBus::detach(Port port) { nodes_.erase(port); }
+void VirtualBus::detach(Port port) {
+  Node& node = nodes_.at(port);
+  if (node.queue.empty()) {
+    nodes_.erase(port);
+    return;
+  }
+  node.receiver = [](const can_frame&) {};
+  node.leaves = true;
+}
 
 bool VirtualBus::has_room(Port port) const {
   const Node& node = nodes_.at(port);
@@ -72,6 +80,9 @@ bool VirtualBus::deliver_next() {
     if (port != winner->first && understands) {
       node.receiver(frame);
     }
+  }
+  if (winner->second.leaves && winner->second.queue.empty()) {
+    nodes_.erase(winner);
   }
   return true;
 }

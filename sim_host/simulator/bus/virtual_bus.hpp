@@ -32,6 +32,7 @@ class VirtualBus {
 
   // The receiver must neither attach, detach nor send.
   Port attach(Receiver receiver, std::size_t queue_limit = 64);
+  // Receives nothing from now on; what it has sent before still goes over the bus.
   void detach(Port port);
 
   // Without one, a port receives at every bit rate and sends at that of the bus.
@@ -58,6 +59,7 @@ class VirtualBus {
     std::deque<can_frame> queue;
     std::size_t limit;
     double bit_rate;
+    bool leaves;  // detached, with frames that wait
   };
 
   bool deliver_next();

@@ -59,10 +59,11 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Function]) -> None:
     """At the image: those that are marked so; variants of a function see the same at the simulator. With --dist loadgroup all
-    tests with a browser run one after the other: they share it, and its server."""
+    tests with a browser run one after the other, and begin first: they share it, and its server."""
     for item in items:
         if "chromium" in item.fixturenames:
             item.add_marker(pytest.mark.xdist_group("browser"))
+    items.sort(key=lambda item: "chromium" not in item.fixturenames)
     if DEVICE != "image":
         return
     chosen = [item for item in items if item.get_closest_marker("image")]

@@ -193,7 +193,7 @@ def opened(browser: Browser, server: Server, draws_rarely: bool = True, **option
         page.on("request", lambda request: asked.append(request.url))
         page.set_default_timeout(1e3 * PATIENCE_S)
         page.goto(server.link)
-        wait_for_text(page.locator("#link"), "operational")
+        wait_for(lambda: page.locator("#link").text_content() == "operational", "the node is operational")
         yield page
         own = urlsplit(server.link).netloc
         elsewhere = [url for url in asked if urlsplit(url).netloc not in ("", own)]
