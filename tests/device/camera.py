@@ -1,8 +1,14 @@
 """A camera of this computer: its frames reach the node by RPDO4, as in docs/can.md."""
 
+import struct
+
+from axis import TPDO8, tenth_micro_rad
+from slip_ring import wrapped
+
 CAMERA_ID = 0x541
 TRACKING = -1
 ON_TARGET, COASTING, LOST = 3, 4, 5
+BY_CLOCK = 1
 
 
 def map_camera(master):
@@ -17,3 +23,37 @@ def map_camera(master):
     for index in (0x6007, 0x6807):
         sdo[index].raw = 0
     master.start()
+
+
+class Camera:
+    """A frame every 20 ms, of a target that moves at a constant rate; the node's clock tells the
+    exposure. The node runs in real time: a frame older than 127 ms does not count."""
+
+    def __init__(self, axis, rate_deg_s=1.0):
+        self.master, self.axis = axis.master, axis
+        self.target = axis.get(0x6064) + 20000
+        self.rate_deg_s = rate_deg_s
+        self.hangs = self.frozen = False  # it sends its last frame again; its last picture with new counters
+        self.counter, self.clock, self.error = 0, None, 0
+        map_camera(self.master)
+        self.master.write(0x3071, 5, BY_CLOCK, 1)
+        self.master.network.subscribe(self.master.sample(TPDO8, [0x60640020, 0x30720810]), self.look)
+
+    def look(self, _identifier, data, _time):
+        position, clock = struct.unpack("<lH", data)
+        passed_s = 0.0 if self.clock is None else 1e-5 * (clock - self.clock & 0xFFFF)
+        self.clock = clock
+        self.target += passed_s * tenth_micro_rad(self.rate_deg_s)
+        if not self.hangs:
+            self.counter = self.counter + 1 & 0xFF
+        if not self.hangs and not self.frozen:
+            self.error = round(0.1 * wrapped(self.target - position))
+        self.master.send(CAMERA_ID, *struct.pack("<hhHBB", self.error, 0, clock, 90, self.counter))
+
+    @property
+    def state(self):
+        return self.master.number(0x3072, 5)
+
+    def follow(self):
+        self.axis.enable(TRACKING)
+        self.master.wait_until(lambda: self.state == ON_TARGET, 8)

@@ -3,54 +3,22 @@
 import struct
 
 import pytest
-from axis import TARGET_REACHED, micro_rad, tenth_micro_rad
-from camera import CAMERA_ID, COASTING, LOST, ON_TARGET, TRACKING, map_camera
+from axis import TARGET_REACHED
+from camera import COASTING, LOST, ON_TARGET, Camera
 from device import NODE_ID, REAL_TIME
 
 EMERGENCY = 0x80 + NODE_ID
-TPDO6, TPDO7, TPDO8 = 5, 6, 7
-BY_CLOCK = 1
-REPEATED = 1
+TPDO6, TPDO7 = 5, 6
+REPEATED, FROZEN = 1, 6
 CLOCK_PER_MS = 100
-RATE_DEG_S = 1.0
+RATE_DEG_S = 1.0  # of the camera's target
 
 pytestmark = pytest.mark.speed(REAL_TIME)  # a frame older than 127 ms does not count
 
 
-class Camera:
-    """A frame every 20 ms, of a target that moves at a constant rate; the node's clock tells the exposure."""
-
-    def __init__(self, axis):
-        self.master, self.axis = axis.master, axis
-        self.target = axis.get(0x6064) + 20000
-        self.rate_deg_s = RATE_DEG_S
-        self.frozen, self.counter, self.clock, self.error = False, 0, None, 0
-        map_camera(self.master)
-        self.master.write(0x3071, 5, BY_CLOCK, 1)
-        self.master.network.subscribe(self.master.sample(TPDO8, [0x60640020, 0x30720810]), self.look)
-
-    def look(self, _identifier, data, _time):
-        position, clock = struct.unpack("<lH", data)
-        passed_s = 0.0 if self.clock is None else 1e-5 * (clock - self.clock & 0xFFFF)
-        self.clock = clock
-        self.target += passed_s * tenth_micro_rad(self.rate_deg_s)
-        if not self.frozen:
-            self.counter = self.counter + 1 & 0xFF
-            self.error = round(0.1 * (self.target - position))
-        self.master.send(CAMERA_ID, *struct.pack("<hhHBB", self.error, 0, clock, 90, self.counter))
-
-    @property
-    def state(self):
-        return self.master.number(0x3072, 5)
-
-    def follow(self):
-        self.axis.enable(TRACKING)
-        self.master.wait_until(lambda: self.state == ON_TARGET, 8)
-
-
 @pytest.fixture
 def camera(azimuth):
-    return Camera(azimuth)
+    return Camera(azimuth, RATE_DEG_S)
 
 
 def test_frames_that_repeat_their_counter_stop_the_axis_and_are_told(master, azimuth, camera, report):
@@ -60,7 +28,7 @@ def test_frames_that_repeat_their_counter_stop_the_axis_and_are_told(master, azi
     assert azimuth.rate_deg_s == pytest.approx(RATE_DEG_S, abs=0.2)
     master.forget()
     before_deg = azimuth.angle_deg
-    camera.error, camera.frozen = 300, True
+    camera.error, camera.hangs = 300, True
     master.wait_until(lambda: camera.state == COASTING, 1)
     master.wait_until(lambda: camera.state == LOST, 2)
     azimuth.wait_for_standstill()
@@ -72,9 +40,28 @@ def test_frames_that_repeat_their_counter_stop_the_axis_and_are_told(master, azi
     assert master.number(0x3072, 4) == REPEATED
     master.pass_time(1000)
     assert azimuth.state == "OPERATION ENABLED" and azimuth.angle_deg == pytest.approx(stopped_deg, abs=0.01)
-    camera.target, camera.frozen = azimuth.get(0x6064) + 20000, False
+    camera.target, camera.hangs = azimuth.get(0x6064) + 20000, False
     master.wait_until(lambda: camera.state == ON_TARGET, 8)
     assert master.wait_for(EMERGENCY, 2)[1][:2] == b"\0\0"
+
+
+def test_a_picture_with_new_counters_that_stays_the_same_stops_the_axis_and_is_told(master, azimuth, camera, report):
+    """The detector hangs: a place 5 mrad off in frame after frame, whatever the azimuth does."""
+    camera.follow()
+    master.pass_time(1000)
+    master.forget()
+    before_deg = azimuth.angle_deg
+    camera.error, camera.frozen = 5000, True
+    master.wait_until(lambda: camera.state == LOST, 3)
+    azimuth.wait_for_standstill()
+    stopped_deg = azimuth.angle_deg
+    report(f"stopped {stopped_deg - before_deg:.2f} deg after the first picture that stayed")
+    assert 0.0 < stopped_deg - before_deg < 10.0
+    (told,) = master.wait_for(EMERGENCY)
+    assert told[:2] == b"\x00\x70" and told[3] == FROZEN
+    assert master.number(0x3072, 4) == FROZEN
+    camera.target, camera.frozen = azimuth.get(0x6064) + 20000, False
+    master.wait_until(lambda: camera.state == ON_TARGET, 8)
 
 
 def test_on_target_ends_within_6068_of_leaving_6067(master, azimuth, camera, report):

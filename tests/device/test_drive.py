@@ -3,9 +3,11 @@
 import struct
 
 import pytest
-from axis import ENABLE, HALT, PV, TARGET_REACHED, Axis, state_of
+from axis import ENABLE, HALT, NEW_SETPOINT, PP, PV, TARGET_REACHED, Axis, state_of, tenth_micro_rad
 from device import NODE_ID, REAL_TIME
 
+NMT_START, NMT_STOP = 1, 2
+STOPPED, OPERATIONAL = 4, 5
 AXES = pytest.mark.parametrize("shift", [0, 0x800], ids=["azimuth", "pitch"])
 
 
@@ -85,6 +87,36 @@ def test_605a_a_stop_is_not_undone_by_a_word_of_the_same_tick(azimuth, master, o
     azimuth.wait_for_state(ENDS[option])
     azimuth.wait_for_standstill()
     assert azimuth.state == ENDS[option]
+
+
+def test_an_nmt_stop_is_not_undone_by_a_start_of_the_same_tick(azimuth, master):
+    azimuth.turn(5.0)
+    for command in (NMT_STOP, NMT_START):
+        master.send(0, command, NODE_ID)
+    master.wait_for_state(OPERATIONAL)
+    azimuth.wait_for_state("FAULT")
+    azimuth.wait_for_standstill()
+    assert azimuth.get(0x603F) == 0x8100
+
+
+def test_edges_of_bits_4_and_7_within_a_tick_count(azimuth, master):
+    """RPDO1 back to back: 80 and 00 reset a fault, 1F and 0F give a set-point. The words before and after are the same."""
+    azimuth.switch_on(PP)
+    master.node.nmt.send_command(NMT_STOP)
+    master.wait_for_state(STOPPED)
+    master.start()
+    azimuth.wait_for_state("FAULT")
+    azimuth.command(0x00)
+    master.pass_time(20)
+    for word in (0x80, 0x00):
+        master.send(0x200 + NODE_ID, word, 0x00, PP)
+    azimuth.wait_for_state("SWITCH ON DISABLED")
+    azimuth.enable(PP)
+    target = azimuth.get(0x6064) + tenth_micro_rad(1.0)
+    azimuth.set(target, 0x607A)
+    for word in (ENABLE | NEW_SETPOINT, ENABLE):
+        master.send(0x200 + NODE_ID, word, 0x00, PP)
+    azimuth.wait_until(lambda: azimuth.get(0x6062) == target, 5)
 
 
 @AXES

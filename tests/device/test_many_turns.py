@@ -4,11 +4,13 @@ import struct
 
 import pytest
 from axis import ACKNOWLEDGED, CSP, ENABLE, NEW_SETPOINT, PP, PV, TARGET_REACHED, TPDO8, micro_rad, tenth_micro_rad
-from device import FAST
+from camera import ON_TARGET, Camera
+from device import FAST, REAL_TIME
 from slip_ring import DEG_S, RANGE_TURNS, TURN, be_seen_31_turns_away, endless_axis, remove_the_travel, wrapped
 
 RELATIVE = 0x40
 AS_FAST_AS_IT_CAN = 100
+TPDO7 = 6
 
 up_and_down = pytest.mark.parametrize("side", [1, -1], ids=["up", "down"])
 
@@ -23,9 +25,9 @@ def endless(tmp_path, pytestconfig, request):
 class Encoder:
     """The turns that it has made are counted from its 2^-32 turn, every 20 ms, beside 6064."""
 
-    def __init__(self, axis):
+    def __init__(self, axis, pdo=TPDO8):
         self.seen = []
-        axis.master.network.subscribe(axis.master.sample(TPDO8, [0x21010420, 0x60640020]), self.hear)
+        axis.master.network.subscribe(axis.master.sample(pdo, [0x21010420, 0x60640020]), self.hear)
         axis.wait_until(lambda: self.seen)
 
     def hear(self, _identifier, data, _time):
@@ -96,6 +98,21 @@ def test_moves_across_the_wrap_are_as_ordered(endless, side):
         stream_by(endless, encoder, side * degrees)
     encoder.check_position()
     assert min(abs(turns) for turns, _ in encoder.seen[-300:]) < RANGE_TURNS / 2 < abs(encoder.turns)
+    assert endless.get(0x603F) == 0
+
+
+@pytest.mark.speed(REAL_TIME)
+def test_a_target_is_followed_across_the_wrap(endless):
+    be_seen_31_turns_away(endless, 1)
+    remove_the_travel(endless)
+    encoder = Encoder(endless, TPDO7)
+    turn_until(endless, encoder, 1, 31.87)  # it stops at 31.96
+    camera = Camera(endless, rate_deg_s=0.0)
+    camera.follow()
+    camera.rate_deg_s = 5.0
+    endless.wait_until(lambda: encoder.turns > RANGE_TURNS / 2 + 0.01, 30)
+    assert endless.rate_deg_s == pytest.approx(5.0, abs=0.3) and camera.state == ON_TARGET
+    encoder.check_position()
     assert endless.get(0x603F) == 0
 
 
