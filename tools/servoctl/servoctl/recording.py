@@ -13,7 +13,7 @@ import re
 import struct
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
@@ -21,7 +21,8 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from mcap.exceptions import McapError
-from mcap.reader import NonSeekingReader
+from mcap.reader import McapReader, NonSeekingReader, SeekingReader
+from mcap.records import Channel, Message, Schema
 from mcap.writer import CompressionType, Writer
 
 from . import __version__
@@ -36,6 +37,7 @@ TICK_NS = 1_000_000
 _WRAP = 1 << 32
 _FORMAT = "signals"
 _UNITS = {"°": "deg", "°/s": "deg_s", "N m": "nm", "µrad": "urad"}
+Messages = Iterator[tuple[Schema | None, Channel, Message]]
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*\.mcap")
 
 
@@ -177,14 +179,20 @@ def read(path: Path, from_s: float = 0.0, seconds: float = float("inf")) -> Reco
     rows: list[list[float]] = []
     ticks: list[int] = []
     stamps: list[int] = []
-    first_ns: int | None = None
     described: dict[str, str] | None = None
     fields: list[str] = []
     whole = True
     try:
         with path.open("rb") as file:
+            first_ns = _indexed_start_ns(file) if 0.0 < from_s and seconds < float("inf") else None
             try:
-                for _schema, channel, message in NonSeekingReader(file).iter_messages(topics=[TOPIC], log_time_order=False):
+                messages = _all(file)
+                if first_ns is not None:
+                    reader = SeekingReader(file)
+                    described = _described(reader)
+                    fields = [field_of(signal) for signal in _signals(described)]
+                    messages = _part(reader, first_ns + int(1e9 * from_s), first_ns + int(1e9 * (from_s + seconds)))
+                for _schema, channel, message in messages:
                     if described is None:
                         described = channel.metadata
                         fields = [field_of(signal) for signal in _signals(described)]
@@ -211,6 +219,36 @@ def read(path: Path, from_s: float = 0.0, seconds: float = float("inf")) -> Reco
         datetime.fromtimestamp(1e-9 * first_ns, timezone.utc), 1e-9 * np.array(stamps, dtype=np.float64),
         Samples(np.array(ticks, dtype=np.uint32), values), whole,
     )  # fmt: skip
+
+
+def _all(file: BinaryIO) -> Messages:
+    """In the order in which they are in the file, which need not have an end."""
+    return NonSeekingReader(file).iter_messages(topics=[TOPIC], log_time_order=False)
+
+
+def _part(reader: McapReader, from_ns: int, to_ns: int) -> Messages:
+    """Those from one time up to another, by the index: an hour before them costs nothing."""
+    return reader.iter_messages(topics=[TOPIC], starting_at=from_ns, ending_before=to_ns)
+
+
+def _indexed_start_ns(file: BinaryIO) -> int | None:
+    """When the first sample was taken, from the index at the end of a file that was ended; otherwise None."""
+    try:
+        summary = SeekingReader(file).get_summary()
+    except (McapError, struct.error, EOFError, ValueError, OSError):  # the last one: shorter than its end
+        summary = None
+    file.seek(0)
+    return summary.statistics.message_start_time if summary is not None and summary.statistics is not None else None
+
+
+def _described(reader: McapReader) -> dict[str, str]:
+    """The metadata of the samples' channel; raises KeyError when the file has no such channel."""
+    summary = reader.get_summary()
+    channels = summary.channels.values() if summary is not None else ()
+    found = next((channel.metadata for channel in channels if channel.topic == TOPIC), None)
+    if found is None:
+        raise KeyError(TOPIC)
+    return found
 
 
 def _signals(described: dict[str, str]) -> list[Signal]:

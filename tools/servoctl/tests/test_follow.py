@@ -51,6 +51,7 @@ def angles(servo: Bench) -> list[float]:
 
 @pytest.mark.real_time
 @pytest.mark.parametrize("rates", [True, pytest.param(False, marks=(pytest.mark.smoke, pytest.mark.image))])
+@pytest.mark.alone
 def test_both_axes_follow_a_file_in_time_and_everything_is_put_back(servo: Bench, rates: bool) -> None:
     """The loops leave some µrad; 1 ms in time would be 30 µrad at the median and 16 µrad at the lower quartile. The lower
     quartile counts: a loaded computer is late with many set-points, and never early."""

@@ -16,8 +16,10 @@ from ..bus import BIT_RATES, BusAddress, open_bus, parse_bus
 from ..errors import ConnectionFailed, ExitCode, InputError, NotVerified, Refused
 from ..session import Session, common
 
-RESPONSE_TIMEOUT_S = 0.1
-ANSWER_OF_ALL_S = 1.0
+ANSWER_S = 1.0
+"""Of one node, or of the first of all: more than a store of the node id takes, on a busy computer, too."""
+FASTSCAN_ANSWER_S = 0.1
+"""No node answers about half of its hundred questions."""
 QUIET_S = 0.15
 """After the last of several answers."""
 SWITCH_DELAY_MS = 500
@@ -51,7 +53,7 @@ def lss() -> None:
 def _master(session: Session, bitrate: int | None = None) -> Iterator[tuple[canopen.Network, LssMaster]]:
     """The bus, and the LSS master on it; leaves every node in the waiting state."""
     network = canopen.Network(bus=open_bus(parse_bus(session.bus), bitrate or session.bitrate))
-    network.lss.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT_S
+    network.lss.RESPONSE_TIMEOUT = ANSWER_S
     with network.connect():
         try:
             yield network, network.lss
@@ -86,7 +88,7 @@ def _ask_all(network: canopen.Network, what: str, request: bytes) -> None:
     network.subscribe(LssMaster.LSS_RX_COBID, hear)
     try:
         network.send_message(LssMaster.LSS_TX_COBID, request.ljust(8, b"\0"))
-        until = time.monotonic() + ANSWER_OF_ALL_S
+        until = time.monotonic() + ANSWER_S
         heard = 0
         while time.monotonic() < until:
             time.sleep(0.01)
@@ -130,7 +132,11 @@ def _wait_for_boot(network: canopen.Network, node: int) -> None:
 
 def _find(master: LssMaster) -> Identity | None:
     """The next node without node id, which is then in the configuration state."""
-    found, identity = master.fast_scan()
+    master.RESPONSE_TIMEOUT = FASTSCAN_ANSWER_S
+    try:
+        found, identity = master.fast_scan()
+    finally:
+        master.RESPONSE_TIMEOUT = ANSWER_S
     return Identity(*identity) if found else None
 
 
