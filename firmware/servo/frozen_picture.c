@@ -26,10 +26,18 @@ static void end_window(frozen_picture *self, float off_rad, float count_rad, joi
 
 void frozen_picture_take(frozen_picture *self, const camera_message *message, float off_rad, float count_rad,
                          joint_place joints, uint32_t tick) {
-  const bool found = message->quality != CAMERA_NO_TARGET;
-  if (!found || !self->seen || message->x != self->x || message->y != self->y) {
-    *self = (frozen_picture){.seen = found, .x = message->x, .y = message->y, .since_tick = tick, .from = joints};
-  } else if (tick - self->since_tick >= FROZEN_WINDOW_TICKS) {
+  if (message->quality == CAMERA_NO_TARGET) {
+    return;
+  }
+  const bool stays = self->seen && message->x == self->x && message->y == self->y;
+  const uint32_t lasts = tick - self->since_tick;
+  if (!stays) {
+    *self = (frozen_picture){.seen = true, .x = message->x, .y = message->y, .since_tick = tick, .from = joints};
+  } else if (lasts > (uint32_t)FROZEN_LONGEST_WINDOW_TICKS) {
+    self->has_before = false;
+    self->from = joints;
+    self->since_tick = tick;
+  } else if (lasts >= FROZEN_WINDOW_TICKS) {
     end_window(self, off_rad, count_rad, joints, tick);
   }
 }

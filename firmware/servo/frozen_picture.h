@@ -8,6 +8,8 @@
  * first, by FROZEN_RATIO times as much as the place is off, and by FROZEN_COUNTS counts. A place within
  * FROZEN_MIN_COUNTS of the centre says nothing: a coarse camera shows it for a target that is followed well. A frozen
  * picture whose place agrees with the motion so far looks like a target that is followed well, too, and is not found.
+ * Pictures without a target say nothing: they neither end a window nor what was found. A window that lasts longer than
+ * FROZEN_LONGEST_WINDOW_TICKS, because none showed a target, begins anew.
  */
 #ifndef TRACKSERVO_SERVO_FROZEN_PICTURE_H
 #define TRACKSERVO_SERVO_FROZEN_PICTURE_H
@@ -18,7 +20,13 @@
 #include "base/rotation.h"
 #include "servo/camera_input.h"
 
-enum { FROZEN_WINDOW_TICKS = 250, FROZEN_RATIO = 2, FROZEN_COUNTS = 25, FROZEN_MIN_COUNTS = 2 };
+enum {
+  FROZEN_WINDOW_TICKS = 250,
+  FROZEN_LONGEST_WINDOW_TICKS = 375,
+  FROZEN_RATIO = 2,
+  FROZEN_COUNTS = 25,
+  FROZEN_MIN_COUNTS = 2
+};
 
 typedef struct {
   angle_turn32 azimuth;

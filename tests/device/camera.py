@@ -34,6 +34,7 @@ class Camera:
         self.target = axis.get(0x6064) + 20000
         self.rate_deg_s = rate_deg_s
         self.hangs = self.frozen = False  # it sends its last frame again; its last picture with new counters
+        self.blinks = False  # every 20th frame shows no target
         self.counter, self.clock, self.error = 0, None, 0
         map_camera(self.master)
         self.master.write(0x3071, 5, BY_CLOCK, 1)
@@ -48,7 +49,8 @@ class Camera:
             self.counter = self.counter + 1 & 0xFF
         if not self.hangs and not self.frozen:
             self.error = round(0.1 * wrapped(self.target - position))
-        self.master.send(CAMERA_ID, *struct.pack("<hhHBB", self.error, 0, clock, 90, self.counter))
+        quality = 0 if self.blinks and self.counter % 20 == 0 else 90
+        self.master.send(CAMERA_ID, *struct.pack("<hhHBB", self.error, 0, clock, quality, self.counter))
 
     @property
     def state(self):

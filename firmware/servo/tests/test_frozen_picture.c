@@ -61,14 +61,41 @@ static void test_the_motion_of_the_line_of_sight_counts(void) {
   TEST_ASSERT_EQUAL(540, show(OFF_COUNTS / 4, 0.0, 0.1, 1.3962634));
 }
 
-static void test_another_place_or_no_target_ends_it(void) {
+static void test_another_place_ends_it(void) {
   TEST_ASSERT_NOT_EQUAL(0, show(OFF_COUNTS, 0.0, 0.1, 0.0));
   TEST_ASSERT_TRUE(give(OFF_COUNTS, 0.2, 0.0, 2000));
   TEST_ASSERT_FALSE(give(OFF_COUNTS + 1, 0.2, 0.0, 2020));
-  TEST_ASSERT_NOT_EQUAL(0, show(OFF_COUNTS, 0.0, 0.1, 0.0));
+}
+
+static void give_none(unsigned tick) {
   const camera_message none = {.quality = CAMERA_NO_TARGET};
-  frozen_picture_take(&picture, &none, 0.0f, count_rad, (joint_place){0}, 2000);
-  TEST_ASSERT_FALSE(give(OFF_COUNTS, 0.5, 0.0, 2020));
+  frozen_picture_take(&picture, &none, 0.0f, count_rad, (joint_place){0}, tick);
+}
+
+/* Every fourth picture shows no target. */
+static void test_pictures_without_a_target_do_not_end_it(void) {
+  unsigned frozen_at = 0;
+  for (unsigned tick = 0; tick < 2000 && frozen_at == 0; tick += FRAME_TICKS) {
+    if (tick / FRAME_TICKS % 4 == 3) {
+      give_none(tick);
+    } else if (give(OFF_COUNTS, 0.5 * 0.1 * 1e-6 * tick * tick, 0.0, tick)) {
+      frozen_at = tick;
+    }
+  }
+  TEST_ASSERT_EQUAL(560, frozen_at); /* 540 shows none */
+  give_none(600);
+  TEST_ASSERT_TRUE(give(OFF_COUNTS, 0.5, 0.0, 620));
+}
+
+/* A target in the same place after a second without one: the axes have moved at a constant rate. */
+static void test_a_long_time_without_a_target_is_no_window(void) {
+  for (unsigned tick = 0; tick < 3000; tick += FRAME_TICKS) {
+    if (tick >= 400 && tick < 1400) {
+      give_none(tick);
+    } else {
+      TEST_ASSERT_FALSE(give(OFF_COUNTS, 1.0e-3 * tick, 0.0, tick));
+    }
+  }
 }
 
 /* A coarse camera shows a target that is followed well in the same one or two counts, also while it turns. */
@@ -83,7 +110,9 @@ int main(void) {
   RUN_TEST(test_a_place_that_stays_while_the_sight_runs_faster_and_faster_is_frozen);
   RUN_TEST(test_a_lag_at_a_constant_rate_is_a_target_that_is_followed);
   RUN_TEST(test_the_motion_of_the_line_of_sight_counts);
-  RUN_TEST(test_another_place_or_no_target_ends_it);
+  RUN_TEST(test_another_place_ends_it);
+  RUN_TEST(test_pictures_without_a_target_do_not_end_it);
+  RUN_TEST(test_a_long_time_without_a_target_is_no_window);
   RUN_TEST(test_a_coarse_camera_shows_a_target_at_the_centre_without_a_change);
   return UNITY_END();
 }

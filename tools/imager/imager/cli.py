@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import Any, NoReturn
+from urllib.parse import unquote
 
 import can
 import click
@@ -169,7 +170,7 @@ def imager(
     address = None if no_bus else parse_bus(bus)
     settings = Settings(Optics(1e-6 * pixel_urad, azimuth_grows == "right"), tracker, 1e-3 * camera_delay, seconds, quiet)
     if record is not None:
-        check_new([record], overwrite, "--record", [Path(source)])
+        check_new([record], overwrite, "--record", [Path(source), *_files_of_address(source)])
     with contextlib.ExitStack() as stack:
         opened = open_source(source, rate)
         stack.callback(opened.close)
@@ -184,6 +185,13 @@ def imager(
             sender = stack.enter_context(FrameSender(device, NODE_CLOCK if opened.node_clock else AGE))
         statistics = process(opened, pictures, settings, sender, recorder)
         _summary(opened, pictures, statistics, settings, sender)
+
+
+def _files_of_address(source: str) -> list[Path]:
+    """What an address may name on this computer: file:///a.mkv, concat:a.mkv|b.mkv, async:file:a.mkv."""
+    parts = source.split(":")
+    rests = (":".join(parts[n:]) for n in range(1, len(parts)))
+    return [Path(unquote(file.removeprefix("//"))) for rest in rests for file in rest.split("|")]
 
 
 def _terminate(_signal: int, _frame: FrameType | None) -> NoReturn:

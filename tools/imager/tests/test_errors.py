@@ -153,7 +153,8 @@ def test_a_recording_replaces_no_file_unless_asked_and_never_the_video(tmp_path:
     before = video.read_bytes()
     assert "'out.avi' exists already" in refused(tmp_path, video.name, "--no-bus", "--record", "out.avi")
     for same in (video.name, f"./{video.name}", "same.avi"):
-        assert "this command reads it" in refused(tmp_path, video.name, "--no-bus", "--record", same, "--overwrite")
+        for source in (video.name, f"file://{video.absolute()}", f"concat:{video.name}", f"async:file:{video.name}"):
+            assert "this command reads it" in refused(tmp_path, source, "--no-bus", "--record", same, "--overwrite"), source
     assert kept.read_bytes() == b"mine" and video.read_bytes() == before
     assert run_imager(tmp_path, video.name, "--no-bus", "--record", "out.avi", "--overwrite").code == 0
     assert kept.stat().st_size > 1000
