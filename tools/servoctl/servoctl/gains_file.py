@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -161,15 +162,18 @@ def _comment(parameter: Parameter) -> str:
 
 
 def _replace(path: Path, text: str) -> None:
-    """All or nothing: a power cut leaves the old file or the new one."""
+    """All or nothing: a power cut leaves the old file or the new one. A link stays one, and a file keeps its mode."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = unused(path.with_name(path.name + ".part"))
+        place = path.resolve()
+        place.parent.mkdir(parents=True, exist_ok=True)
+        temporary = unused(place.with_name(place.name + ".part"))
         with temporary.open("x", encoding="utf-8") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
-        temporary.replace(path)
+        if place.exists():
+            temporary.chmod(stat.S_IMODE(place.stat().st_mode))
+        temporary.replace(place)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
 

@@ -45,6 +45,15 @@ def test_comments_of_an_existing_file_stay(schema: Schema, tmp_path: Path) -> No
     assert "# mine" in text and "proportional_gain = 2.5 # found on the dyno" in text
 
 
+def test_a_link_stays_one_and_a_file_keeps_its_mode(schema: Schema, tmp_path: Path) -> None:
+    (tmp_path / "gains.toml").write_text("# mine\n")
+    (tmp_path / "gains.toml").chmod(0o600)
+    (tmp_path / "link.toml").symlink_to("gains.toml")
+    write_gains(tmp_path / "link.toml", defaults(schema), {})
+    assert (tmp_path / "link.toml").is_symlink() and (tmp_path / "gains.toml").stat().st_mode & 0o777 == 0o600
+    assert read_gains(tmp_path / "gains.toml", schema).values == defaults(schema)
+
+
 @pytest.mark.parametrize(
     "body, line, words",
     [
