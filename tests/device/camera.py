@@ -26,8 +26,8 @@ def map_camera(master):
 
 
 class Camera:
-    """A frame every 20 ms, of a target that moves at a constant rate; the node's clock tells the
-    exposure. The node runs in real time: a frame older than 127 ms does not count."""
+    """A frame every 20 ms, of a target that moves at a constant rate; the node's clock tells the exposure. The node runs in
+    real time: a frame older than 127 ms does not count."""
 
     def __init__(self, axis, rate_deg_s=1.0):
         self.master, self.axis = axis.master, axis
