@@ -60,6 +60,17 @@ static pdo_item item_of(const od_object *object, uint8_t bytes) {
   return item;
 }
 
+/* Of one that is received twice in a frame, only the last value would be seen: a stop could be lost. */
+static bool is_mapped(const pdo_map *map, const od_object *object) {
+  bool found = false;
+  /* Bound: PDO_OBJECTS: copied from such an object. */
+  for (uint8_t i = 0; i < map->count; i++) {
+    const od_object *other = &map->item[i].object;
+    found = found || (object->entry != NULL && other->entry == object->entry && other->part == object->part);
+  }
+  return found;
+}
+
 static void add(pdo_map *map, const od_object *object, uint8_t bytes) {
   const pdo_item item = item_of(object, bytes);
   map->item[map->count] = item;
@@ -86,6 +97,9 @@ od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction directio
     const od_abort answer = find_entry(dictionary, direction, mapping->entry[i], &found, &bytes);
     if (answer != OD_OK) {
       return answer;
+    }
+    if (direction == PDO_RECEIVE && is_mapped(&wanted, &found)) {
+      return OD_NOT_MAPPABLE;
     }
     if (wanted.length + bytes > CAN_FRAME_BYTES) {
       return OD_MAPPING_TOO_LONG;

@@ -42,8 +42,8 @@ typedef struct {
 /* Returns OD_OK, OD_NO_OBJECT, OD_NO_SUB or OD_NOT_MAPPABLE. Entry 0 is allowed: it is not used. */
 od_abort pdo_check_entry(const object_dictionary *dictionary, pdo_direction direction, uint32_t entry);
 
-/* Resolves a mapping. Returns as pdo_check_entry, or OD_MAPPING_TOO_LONG above 8 objects or 8 bytes. On any refusal the
- * map is empty. */
+/* Resolves a mapping. Returns as pdo_check_entry, OD_NOT_MAPPABLE for an object that an RPDO has twice, or
+ * OD_MAPPING_TOO_LONG above 8 objects or 8 bytes. On any refusal the map is empty. */
 od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction direction, const pdo_mapping *mapping,
                      pdo_map *map);
 

@@ -226,6 +226,18 @@ def test_rpdo_mapping_refuses_what_cannot_be_mapped(master, entry, code):
     assert master.sdo_abort(0x1602, 1, entry.to_bytes(4, "little")) == code
 
 
+def test_an_object_cannot_be_received_twice_in_a_frame(master):
+    """6040 and 6040: a stop in the first would be lost. 6040 and 6840 are two objects, and dummies are none."""
+    master.write(0x1402, 1, master.number(0x1402, 1) | OFF, 4)
+    master.write(0x1602, 0, 0, 1)
+    for sub, entry in enumerate((0x60400010, 0x68400010, 0x00050008, 0x00050008), 1):
+        master.write(0x1602, sub, entry, 4)
+    master.write(0x1602, 0, 4, 1)
+    master.write(0x1602, 0, 0, 1)
+    master.write(0x1602, 2, 0x60400010, 4)
+    assert master.sdo_abort(0x1602, 0, b"\x02") == UNMAPPABLE
+
+
 def test_mapping_refuses_more_than_8_bytes(master):
     master.write(0x1802, 1, master.number(0x1802, 1) | OFF, 4)
     master.write(0x1A02, 0, 0, 1)

@@ -861,8 +861,9 @@ static void test_a_mapping_that_is_refused_leaves_none(void) {
       {{.count = 2, .entry = {0x60400010, 0x2F000508}}, OD_OK},
       {{.count = 2, .entry = {0x60400010, 0x2FFF0008}}, OD_NO_OBJECT},
       {{.count = 2, .entry = {0x60400010, 0x2F006308}}, OD_NO_SUB},
-      {{.count = 2, .entry = {0x60400010, 0x60410010}}, OD_NOT_MAPPABLE},     /* TPDO only */
-      {{.count = 2, .entry = {0x60400010, 0x2F000840}}, OD_MAPPING_TOO_LONG}, /* 10 bytes */
+      {{.count = 2, .entry = {0x60400010, 0x60410010}}, OD_NOT_MAPPABLE},             /* TPDO only */
+      {{.count = 3, .entry = {0x60400010, 0x2F000508, 0x60400010}}, OD_NOT_MAPPABLE}, /* twice */
+      {{.count = 2, .entry = {0x60400010, 0x2F000840}}, OD_MAPPING_TOO_LONG},         /* 10 bytes */
       {{.count = 9, .entry = {0x60400010}}, OD_MAPPING_TOO_LONG},
   };
   const object_dictionary *dictionary = &DEVICE->node.dictionary;
