@@ -108,7 +108,7 @@ void servo_node_tick_taken(servo_node *node) {
   servo_board_sample(&node->board);
   int tracking_axes = 0;
   const bool changes = count_tracking(node, &tracking_axes);
-  tracking_take(&node->tracking, &node->board, tracking_axes, changes);
+  tracking_take(&node->tracking, &node->board, node->objects.ticks, tracking_axes, changes);
   for (int i = 0; i < SERVO_AXES; ++i) {
     step_axis(node, i);
   }

@@ -96,12 +96,12 @@ static unsigned needed(const od_object *object) {
 const od_hooks tracking_hooks = {.changed = changed, .needed = needed};
 
 /* The frame that has arrived in this tick, if it counts. */
-static pointing_frame newest_frame(target_tracking *self) {
+static pointing_frame newest_frame(target_tracking *self, uint32_t tick) {
   pointing_frame frame = {0};
   if (self->arrived) {
     self->arrived = false;
     frame = camera_input_take(&self->frames, &self->objects.params, &self->objects.message, self->error,
-                              self->exposure_age);
+                              self->exposure_age, tick);
   }
   if (jumping_picture_take(&self->jumps, &frame, SERVO_TICK_S)) {
     camera_input_take_back(&self->frames, CAMERA_JUMPS);
@@ -110,8 +110,8 @@ static pointing_frame newest_frame(target_tracking *self) {
   return frame;
 }
 
-static pointing_frame take_frame(target_tracking *self) {
-  pointing_frame frame = newest_frame(self);
+static pointing_frame take_frame(target_tracking *self, uint32_t tick) {
+  pointing_frame frame = newest_frame(self, tick);
   if (frame.fresh) {
     self->objects.age_ms = (uint8_t)frame.age_ticks;
     camera_delay_notice(&self->delay, &frame);
@@ -239,8 +239,8 @@ static void hold_back(target_tracking *self) {
   }
 }
 
-void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes, bool changes) {
-  const pointing_frame frame = take_frame(self);
+void tracking_take(target_tracking *self, const servo_board *board, uint32_t tick, int tracking_axes, bool changes) {
+  const pointing_frame frame = take_frame(self, tick);
   const bool before = tracking_is_together(self);
   const bool may = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
   if (may) {

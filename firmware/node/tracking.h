@@ -74,9 +74,10 @@ void tracking_forget(target_tracking *self);
 /* Of the part of the camera's objects; its owner is the `target_tracking`. */
 extern const od_hooks tracking_hooks;
 
-/* Takes the frame that has arrived, if one has, and estimates the target. `tracking_axes`: number of drives in mode
- * -1. `changes`: a drive takes a new mode in this tick, which is long enough: each joint waits for the next frame. */
-void tracking_take(target_tracking *self, const servo_board *board, int tracking_axes, bool changes);
+/* Takes the frame that has arrived before tick `tick`, if one has, and estimates the target. `tracking_axes`: number of
+ * drives in mode -1. `changes`: a drive takes a new mode in this tick, which is long enough: each joint waits for the
+ * next frame. */
+void tracking_take(target_tracking *self, const servo_board *board, uint32_t tick, int tracking_axes, bool changes);
 
 /* Writes what the bus can read, and judges the pictures. */
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick);

@@ -513,7 +513,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "While an axis is in operation in mode -1.",
          .timer = "",
          .cause = "The image processor has frozen and repeats a picture or its counter, or restarts again and "
-                  "again. Detail 7: the camera is mounted upside down, or its picture is turned or mirrored (3072:9). "
+                  "again. Detail 7: the camera is mounted upside down, or its picture is turned or mirrored, or does "
+                  "not answer the motion of the axes (3072:9). "
                   "Detail 8: 3071:1 does not fit the unit of the errors. Detail 9: it has lost its target, or takes "
                   "turns between two.",
          .check =

@@ -2,6 +2,9 @@
 
 #include "base/scalar.h"
 
+#define INTERVAL_WEIGHT 0.0625f
+#define CLOCK_RATIO 1.03125f /* of the interval that is measured to the true one */
+
 enum { HALF_COUNTERS = CAMERA_COUNTERS / 2, ROUNDING = CAMERA_TIMES_PER_TICK / 2 };
 
 control_status camera_input_check(const camera_input_params *params) {
@@ -39,11 +42,12 @@ static bool has_restarted(camera_input *input, uint8_t counter) {
   const bool advances = input->restarts > 0 && ahead >= 1 && ahead <= CAMERA_RESTART_STEP;
   input->restarts = advances ? (uint16_t)(input->restarts + 1) : 1;
   input->restart_last = counter;
-  if (input->restarts < CAMERA_RESTART << input->doublings) {
+  if (input->restarts < CAMERA_RESTART << 2 * input->begun) {
     return false;
   }
-  input->doublings = (uint8_t)(input->doublings + (input->doublings < CAMERA_RESTART_DOUBLINGS ? 1 : 0));
+  input->begun = (uint8_t)(input->begun + (input->begun < CAMERA_MOST_RESTARTS ? 1 : 0));
   input->in_order = 0;
+  input->interval_ticks = 0.0f;
   return true;
 }
 
@@ -51,16 +55,33 @@ static void count_in_order(camera_input *input) {
   input->in_order = (uint16_t)(input->in_order + 1);
   if (input->in_order >= CAMERA_COUNTERS) {
     input->in_order = 0;
-    input->doublings = 0;
+    input->begun = 0;
   }
 }
 
+static void measure_interval(camera_input *input, float ticks) {
+  const float interval_ticks = scalar_min(ticks, (float)CAMERA_LONGEST_INTERVAL_TICKS);
+  const float weight = input->interval_ticks > 0.0f ? INTERVAL_WEIGHT : 1.0f;
+  input->interval_ticks += weight * (interval_ticks - input->interval_ticks);
+}
+
+/* Frames that were skipped take time, in which nothing has come. */
+static bool has_time(const camera_input *input, uint8_t ahead, float ticks) {
+  const float skipped = (float)ahead - (float)CAMERA_LEAD;
+  return skipped * input->interval_ticks <= CLOCK_RATIO * ticks;
+}
+
 /* Counts what was skipped. Returns whether the message is newer than all before it. */
-static bool is_newer(camera_input *input, uint8_t counter) {
+static bool is_newer(camera_input *input, uint8_t counter, uint32_t tick) {
   const uint8_t ahead = (uint8_t)(counter - input->last_counter);
-  const bool newer = !input->heard || (ahead != 0 && ahead < HALF_COUNTERS);
-  if (newer) {
-    input->missed += input->heard ? (uint32_t)ahead - 1u : 0u;
+  const float ticks = (float)(tick - input->last_tick);
+  input->last_tick = tick;
+  const bool newer = !input->heard || (ahead != 0 && ahead < HALF_COUNTERS && has_time(input, ahead, ticks));
+  if (newer && input->heard) {
+    input->missed += (uint32_t)ahead - 1u;
+    measure_interval(input, ticks / (float)ahead);
+    count_in_order(input);
+  } else if (newer) {
     count_in_order(input);
   } else if (!has_restarted(input, counter)) {
     return false;
@@ -88,7 +109,7 @@ image_vector camera_input_error(camera_input *input, const camera_input_params *
 }
 
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
-                                 image_vector error, int32_t age) {
+                                 image_vector error, int32_t age, uint32_t tick) {
   if (message->quality > CAMERA_BEST_QUALITY) {
     return drop(input, CAMERA_BAD_QUALITY);
   }
@@ -99,7 +120,7 @@ pointing_frame camera_input_take(camera_input *input, const camera_input_params 
   if (age_ticks > CAMERA_LONGEST_AGE_TICKS) {
     return drop(input, CAMERA_TOO_OLD);
   }
-  if (!is_newer(input, message->counter)) {
+  if (!is_newer(input, message->counter, tick)) {
     return drop(input, CAMERA_NOT_NEWER);
   }
   const bool found = message->quality >= params->min_quality;

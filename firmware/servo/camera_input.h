@@ -3,11 +3,13 @@
  *     message (counts, time, quality, counter) -> counter, quality, time -> scale, sensor roll, boresight -> frame
  *
  * A frame counts once, and only if it is newer than the last one. The counter (0 .. 255, one more with each frame)
- * decides: 1 .. 127 ahead is newer, anything else was sent before or twice. A sender that has begun anew shows by
- * CAMERA_RESTART messages in a row that are not newer, each 1 .. CAMERA_RESTART_STEP counters ahead of the one before:
- * the last of them counts. So a frozen counter or one that runs backwards never drives an axis, and of two senders at
- * once only one gets through. Each time a sender begins anew, the next time takes twice as many messages, until the
- * counters have once gone round: pictures that return again and again, numbers and all, soon do not count.
+ * decides: 1 .. 127 ahead is newer, anything else was sent before or twice. Frames that are skipped take time: a
+ * counter that is CAMERA_LEAD further ahead than there was time for since the last message, by the interval between
+ * those that counted, is not newer either. A sender that has begun anew shows by CAMERA_RESTART messages in a row that
+ * are not newer, each 1 .. CAMERA_RESTART_STEP counters ahead of the one before: the last of them counts. So a frozen
+ * counter or one that runs backwards never drives an axis, and of two senders at once only one gets through. Each time
+ * a sender begins anew, the next time takes four times as many messages, until the counters have once gone round:
+ * pictures that return again and again, numbers and all, soon do not count.
  *
  * The error of a message is found when it arrives, between two ticks. The caller finds the age of the exposure: the
  * message states it, or the node's clock (servo/exposure_clock.h) or the camera's strobe (servo/strobe_log.h) gives it.
@@ -29,7 +31,9 @@ enum {
   CAMERA_RESTART = 4, /* messages */
   CAMERA_RESTART_STEP = 8,
   CAMERA_COUNTERS = 256,
-  CAMERA_RESTART_DOUBLINGS = 6, /* then CAMERA_COUNTERS messages; a ring of more than half as many is always newer */
+  CAMERA_MOST_RESTARTS = 3, /* then CAMERA_COUNTERS messages are needed */
+  CAMERA_LEAD = 4,
+  CAMERA_LONGEST_INTERVAL_TICKS = 200,
   CAMERA_NO_TARGET = 0
 };
 
@@ -53,7 +57,7 @@ typedef enum {
   CAMERA_CLOCK_SET = 5,     /* its stamp has two readings, because the node's clock has just been set */
   CAMERA_FROZEN = 6,        /* servo/frozen_picture.h */
   CAMERA_PICTURE_WRONG = 7, /* servo/picture_check.h */
-  CAMERA_BEHIND = 8,        /* its target would be more than half a turn away: no pinhole camera sees it */
+  CAMERA_BEHIND = 8,        /* its error is above pi, the tangent of 72 degrees: no camera of a tracker sees so far */
   CAMERA_JUMPS = 9          /* servo/jumping_picture.h */
 } camera_drop;
 
@@ -78,8 +82,10 @@ typedef struct {
   uint8_t last_counter; /* of the newest message that counted */
   uint8_t restart_last; /* counter of the last message that was not newer */
   uint16_t restarts;    /* such messages in a row whose counters advance */
-  uint8_t doublings;    /* of how many of them a sender that begins anew needs */
+  uint8_t begun;        /* how often a sender has begun anew, up to CAMERA_MOST_RESTARTS */
   uint16_t in_order;    /* messages that were newer since it began anew, up to CAMERA_COUNTERS */
+  uint32_t last_tick;   /* when a message came, whether it counted or not */
+  float interval_ticks; /* mean between two counters, of the last messages; 0: not known */
   bool rolled;          /* `roll` is of `roll_rad`: computed when it changes, because it takes 60 instructions */
   float roll_rad;
   rotation roll;
@@ -93,7 +99,7 @@ typedef struct {
 control_status camera_input_check(const camera_input_params *params);
 
 /* The next sender that begins anew needs no more than CAMERA_RESTART messages. */
-static inline void camera_input_expect_restarts(camera_input *input) { input->doublings = 0; }
+static inline void camera_input_expect_restarts(camera_input *input) { input->begun = 0; }
 
 /* Forgets all messages. */
 void camera_input_reset(camera_input *input);
@@ -104,10 +110,10 @@ image_vector camera_input_error(camera_input *input, const camera_input_params *
 /* Drops a message that never gets to camera_input_take. */
 void camera_input_refuse(camera_input *input, camera_drop why);
 
-/* Takes a message whose exposure is `age` old in this tick, in 10 us; negative: later; and with its error. Returns its
- * frame, which is fresh if the message counts. */
+/* Takes a message whose exposure is `age` old in tick `tick`, in 10 us; negative: later; and with its error. Returns
+ * its frame, which is fresh if the message counts. */
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
-                                 image_vector error, int32_t age);
+                                 image_vector error, int32_t age, uint32_t tick);
 
 /* Counts the message that was just taken as dropped instead. */
 void camera_input_take_back(camera_input *input, camera_drop why);

@@ -29,7 +29,7 @@ void frozen_picture_take(frozen_picture *self, const camera_message *message, fl
   if (message->quality == CAMERA_NO_TARGET) {
     return;
   }
-  const bool stays = self->seen && message->x == self->x && message->y == self->y;
+  const bool stays = self->seen && frozen_picture_is_at(self, message);
   const uint32_t lasts = tick - self->since_tick;
   if (!stays) {
     *self = (frozen_picture){.seen = true, .x = message->x, .y = message->y, .since_tick = tick, .from = joints};

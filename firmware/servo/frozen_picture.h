@@ -1,7 +1,7 @@
 /* A picture that is sent again and again as if it were new: the counter advances, the target's place in it does not,
  * and the axes move after it.
  *
- * A place off the centre that stays the same to the count is that of a target which the line of sight follows with a
+ * A place off the centre that stays within a count is that of a target which the line of sight follows with a
  * lag, as with a wrong age; then its rate is constant. After a picture that nobody takes any more the line of sight
  * runs faster and faster, because the target in it does not come nearer. So a picture is frozen when its place has
  * stayed for two windows of FROZEN_WINDOW_TICKS, and the line of sight has moved in the second one further than in the
@@ -25,7 +25,8 @@ enum {
   FROZEN_LONGEST_WINDOW_TICKS = 375,
   FROZEN_RATIO = 2,
   FROZEN_COUNTS = 25,
-  FROZEN_MIN_COUNTS = 2
+  FROZEN_MIN_COUNTS = 2,
+  FROZEN_JITTER_COUNTS = 1
 };
 
 typedef struct {
@@ -55,9 +56,17 @@ typedef struct {
 void frozen_picture_take(frozen_picture *self, const camera_message *message, float off_rad, float count_rad,
                          joint_place joints, uint32_t tick);
 
+/* Returns whether the target of a message is within FROZEN_JITTER_COUNTS of the place of the first one. */
+static inline bool frozen_picture_is_at(const frozen_picture *self, const camera_message *message) {
+  const int x = message->x - self->x;
+  const int y = message->y - self->y;
+  return x <= FROZEN_JITTER_COUNTS && x >= -FROZEN_JITTER_COUNTS && y <= FROZEN_JITTER_COUNTS &&
+         y >= -FROZEN_JITTER_COUNTS;
+}
+
 /* Returns whether a message is of the frozen picture. */
 static inline bool frozen_picture_shows(const frozen_picture *self, const camera_message *message) {
-  return self->frozen && message->x == self->x && message->y == self->y && message->quality != CAMERA_NO_TARGET;
+  return self->frozen && message->quality != CAMERA_NO_TARGET && frozen_picture_is_at(self, message);
 }
 
 #endif

@@ -1,5 +1,7 @@
 #include "servo/picture_check.h"
 
+#include <math.h>
+
 #include "base/scalar.h"
 #include "servo/servo_timing.h"
 
@@ -16,7 +18,10 @@ void picture_check_reset(picture_check *self) {
   image_orientation_reset(&self->pictures);
   self->moved = (image_vector){0};
   self->ticks = 0;
-  self->rate_limit_rad_s = rate_limit_rad_s(0, PICTURE_SLOWEST_TICKS);
+  self->full_limit_rad_s = rate_limit_rad_s(0, PICTURE_SLOWEST_TICKS);
+  self->rate_limit_rad_s = self->full_limit_rad_s;
+  self->held_ticks = 0;
+  self->no_nearer = false;
   self->unjudged_ticks = 0;
   self->verdict = PICTURE_NOT_JUDGED;
   self->complete = false;
@@ -60,6 +65,30 @@ static void judge(picture_check *self) {
   }
 }
 
+/* While the limit holds and the target comes no nearer: varies it. */
+static void hold(picture_check *self, image_vector moved_rad, bool follows) {
+  self->held_ticks = follows ? 0 : self->held_ticks + 1;
+  self->held_moved.x += moved_rad.x;
+  self->held_moved.y += moved_rad.y;
+  const bool slower = self->no_nearer && self->held_ticks / PICTURE_VARIES_TICKS % 2 != 0;
+  self->rate_limit_rad_s = slower ? PICTURE_SLOWER * self->full_limit_rad_s : self->full_limit_rad_s;
+}
+
+static float length_rad(image_vector of) { return sqrtf(of.x * of.x + of.y * of.y); }
+
+/* With a picture whose target is off by `error_rad`. */
+static void look_for_an_answer(picture_check *self, float error_rad) {
+  if (self->held_ticks == 0 || self->pictures.count <= 1) {
+    self->held_ticks = 0;
+    self->held_moved = (image_vector){0};
+    self->held_error_rad = error_rad;
+  }
+  self->no_nearer = error_rad >= self->held_error_rad;
+  if (self->verdict == PICTURE_NOT_JUDGED && self->no_nearer && length_rad(self->held_moved) >= PICTURE_FARTHEST_RAD) {
+    self->verdict = PICTURE_NO_ANSWER;
+  }
+}
+
 void picture_check_tick(picture_check *self, image_vector moved_rad, bool follows) {
   if (self->unjudged_ticks > 0) {
     judge(self);
@@ -67,6 +96,7 @@ void picture_check_tick(picture_check *self, image_vector moved_rad, bool follow
   self->moved.x += moved_rad.x;
   self->moved.y += moved_rad.y;
   self->ticks++;
+  hold(self, moved_rad, follows);
   self->followed_ticks = (uint16_t)(follows ? self->followed_ticks + 1 : 0);
   if (self->followed_ticks >= PICTURE_PROVEN_TICKS) {
     self->followed_ticks = PICTURE_PROVEN_TICKS;
@@ -86,6 +116,7 @@ void picture_check_take(picture_check *self, image_vector error_rad, image_vecto
   image_orientation_add(&self->pictures, &sample);
   self->moved = since_rad;
   self->ticks = (uint32_t)age_ticks;
-  self->rate_limit_rad_s = rate_limit_rad_s(self->pictures.count, interval_ticks);
+  self->full_limit_rad_s = rate_limit_rad_s(self->pictures.count, interval_ticks);
+  look_for_an_answer(self, length_rad(error_rad));
   self->unjudged_ticks = interval_ticks;
 }

@@ -185,6 +185,32 @@ void test_a_wrong_picture_stops_an_axis_that_tracks_alone() {
   }
 }
 
+// One of a scale beyond 1/3 to 3 cannot be judged: it stops after 8.6 deg along the line of sight.
+void test_noise_does_not_hide_a_wrong_picture() {
+  constexpr double kFarthest_rad = 11.0 * kRadPerDeg;
+  for (const TurnedPicture& picture :
+       {TurnedPicture{"upside down", 180.0}, TurnedPicture{"half", 180.0, false, 0.5},
+        TurnedPicture{"a quarter", 180.0, false, 0.25}, TurnedPicture{"mirrored, half", 0.0, true, 0.5}}) {
+    for (const int period_ticks : {8, 20, 40, 66, 100}) {
+      for (int seed = 1; seed <= by_size(1, 3, 20); ++seed) {
+        PictureCamera camera;
+        camera.period_ticks = period_ticks;
+        camera.noise_rad = 0.3e-3;
+        camera.seed = static_cast<std::uint64_t>(seed);
+        const Course course = {"stands", {-12.4, 10.2}, {0.0, 0.0}};
+        const Result wrong = follow(picture, course.target(), 6.0, Tracks::kBoth, camera, camera.seed);
+        const double gone_rad = wrong.run.ways_rad().back();
+        const std::string text =
+            fmt::format("{}, every {} ms, seed {}: verdict {}, stopped after {} ms, {:.2f} deg gone", picture.name,
+                        period_ticks, seed, wrong.verdict, wrong.wrong_at, gone_rad / kRadPerDeg);
+        std::printf("%s\n", text.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(wrong.lost || (wrong.wrong_at >= 0 && wrong.verdict >= 3), text.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(gone_rad < kFarthest_rad, text.c_str());
+      }
+    }
+  }
+}
+
 // Random targets as a drone's: they accelerate, weave and turn back, at 100 m to 3 km.
 TurnedTarget random_target(int n) {
   std::mt19937_64 draw(static_cast<std::uint64_t>(n) + 1);
@@ -235,6 +261,7 @@ int main() {
   RUN_TEST(test_a_wrong_picture_stops_both_axes);
   RUN_TEST(test_so_does_one_of_a_slow_camera);
   RUN_TEST(test_a_wrong_picture_stops_an_axis_that_tracks_alone);
+  RUN_TEST(test_noise_does_not_hide_a_wrong_picture);
   RUN_TEST(test_no_right_picture_stops_an_axis);
   return UNITY_END();
 }

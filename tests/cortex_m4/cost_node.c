@@ -168,7 +168,7 @@ static void receive_picture(uint8_t counter, target_course course) {
                                                b.axis[SERVO_AZIMUTH].samples.joint_angle_turn32);
   const bool goes_round = course == GOES_ROUND;
   const bool seen = goes_round ? fabsf(ahead_rad) < edge_rad : course == STAYS || counter % 100 < 25;
-  const int16_t x = goes_round && seen ? (int16_t)(1e6f * ahead_rad) : (int16_t)(50 + counter % 2);
+  const int16_t x = goes_round && seen ? (int16_t)(1e6f * ahead_rad) : (int16_t)(50 + 3 * (counter % 2));
   const uint8_t picture[8] = {(uint8_t)x, (uint8_t)((uint16_t)x >> 8), 0xE2, 0xFF, 0x34, 0x08, seen ? 90 : 0, counter};
   receive(0x500 + NODE_ID, sizeof picture, picture);
 }

@@ -35,13 +35,14 @@ struct PictureCamera {
   int age_ticks = 20;
   double noise_rad = 2.3e-6;
   double view_rad = 0.032;  // the target is seen up to here
+  std::uint64_t seed = 1;   // of the noise
 };
 
 // What a camera and an observer see of a run, ms by ms.
 class PictureRun {
  public:
   PictureRun(const TurnedPicture& picture, const PictureCamera& camera, TurnedTarget target)
-      : picture_(picture), camera_(camera), target_(std::move(target)) {}
+      : picture_(picture), camera_(camera), target_(std::move(target)), draw_(camera.seed) {}
 
   // Of one frame.
   struct Frame {
@@ -88,7 +89,7 @@ class PictureRun {
   std::vector<JointPair> paths_rad_;
   std::vector<double> ways_rad_;
   double way_rad_ = 0;
-  std::mt19937_64 draw_{1};
+  std::mt19937_64 draw_;
   std::normal_distribution<double> noise_;
 };
 

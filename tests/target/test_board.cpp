@@ -232,7 +232,7 @@ void test_a_set_that_the_flash_cannot_read_is_reported_and_no_axis_turns() {
 
 // --- cost ---
 
-constexpr double kMaxLoad = 0.25;
+constexpr double kMaxLoad = 0.30;
 constexpr std::uint64_t kMaxTickInstructions = 6500;
 constexpr int kScope = 0x3000;
 constexpr double kCyclesPerMicrosecond = 170.0;

@@ -48,7 +48,7 @@ static const od_entry kEntries[] = {
         "Where the exposure's time comes from: 0: 3070:3 is its age when the frame arrives; 1: 3070:3 is 3072:8 at the "
         "exposure; 2, 3: the strobe (3074), and 3070:3 as with 0, 1 for a frame without one"),
     SETS(OD_U8, 6, params.min_quality, 1, 100, 1, "%", "Camera minimum quality",
-         "A target of less counts as not found, and one that is more than half a turn away"),
+         "A target of less counts as not found, and one with an error above 3.14"),
     SETS(OD_U8, 7, params.mirrored, 0, 1, 0, "", "Camera mirrored", "1: 3070:1 counts against the sensor's rows"),
     SETS(OD_U16, 8, stated_delay, 0, LONGEST_AGE, 0, "1e-5 s", "Camera stated delay",
          "Added to the age that 3070:3 gives, not to that of the strobe; writing it forgets 3073:5"),
@@ -60,7 +60,8 @@ static const od_entry kEntries[] = {
         OD_U8, 4, last_drop, 9, "", "Camera last drop",
         "Why: 0: none dropped; 1: not newer than the last one; 2: older than 127 ms; 3: exposed later than now; "
         "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways; 6: a frozen picture; "
-        "7: 3072:9 is 3 or 4; 8: a target more than half a turn away; 9: errors that jump to and fro from frame to "
+        "7: 3072:9 is 3, 4 or 5; 8: an error above 3.14, a target 72 degrees off; 9: errors that jump to and fro from "
+        "frame to "
         "frame"),
     REPORTS(
         OD_U8, 5, azimuth_tracking, 6, "", "Azimuth tracking state",
@@ -68,11 +69,12 @@ static const od_entry kEntries[] = {
     REPORTS(OD_U8, 6, pitch_tracking, 6, "", "Pitch tracking state", "As 3072:5"),
     REPORTS(OD_U8, 7, age_ms, 127, "ms", "Camera frame age", "From exposure to the tick that took the newest frame"),
     REPORTS(OD_U16, 8, clock, 65535, "1e-5 s", "Camera clock", "1013 at this tick, for 3070:3"),
-    REPORTS(
-        OD_U8, 9, picture_verdict, 4, "", "Camera picture",
-        "By the motion of the axes that track: 0: not judged yet, rates are limited to 0.02 to 0.1 rad/s; 1: right; 2: "
-        "turned by 45 to 60 degrees; 3: turned by more; 4: mirrored; 3 and 4 stop the axes until tracking is ended, or "
-        "3071 is written"),
+    REPORTS(OD_U8, 9, picture_verdict, 5, "", "Camera picture",
+            "By the motion of the axes that track: 0: not judged yet, rates are limited to 0.005 to 0.1 rad/s; 1: "
+            "right; 2: "
+            "turned by 45 to 60 degrees; 3: turned by more; 4: mirrored; 5: it does not answer; 3 to 5 stop the axes "
+            "until tracking is ended, or "
+            "3071 is written"),
     OD_I16(0x3072, 10, OD_RO, OD_TPDO, camera_objects, picture_roll, -31416, 31416, 0, "1e-4 rad",
            "Camera roll missing", "What 3071:2 lacks, by 3072:9; of a mirrored picture 3071:7 is to be changed, too"),
     OD_RECORD_HEAD(0x3073, 8, "Camera delay", "How old the frames are, measured while both axes track"),

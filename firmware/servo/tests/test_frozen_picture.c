@@ -61,10 +61,25 @@ static void test_the_motion_of_the_line_of_sight_counts(void) {
   TEST_ASSERT_EQUAL(540, show(OFF_COUNTS / 4, 0.0, 0.1, 1.3962634));
 }
 
+/* One within a count is the same place: an image processor that rounds to and fro. */
 static void test_another_place_ends_it(void) {
-  TEST_ASSERT_NOT_EQUAL(0, show(OFF_COUNTS, 0.0, 0.1, 0.0));
-  TEST_ASSERT_TRUE(give(OFF_COUNTS, 0.2, 0.0, 2000));
-  TEST_ASSERT_FALSE(give(OFF_COUNTS + 1, 0.2, 0.0, 2020));
+  for (int off = -2; off <= 2; ++off) {
+    setUp();
+    TEST_ASSERT_NOT_EQUAL(0, show(OFF_COUNTS, 0.0, 0.1, 0.0));
+    TEST_ASSERT_TRUE(give(OFF_COUNTS, 0.2, 0.0, 2000));
+    TEST_ASSERT_EQUAL(off >= -1 && off <= 1, give((int16_t)(OFF_COUNTS + off), 0.2, 0.0, 2020));
+  }
+}
+
+static void test_a_place_that_jitters_by_a_count_is_frozen_too(void) {
+  unsigned frozen_at = 0;
+  for (unsigned tick = 0; tick < 2000 && frozen_at == 0; tick += FRAME_TICKS) {
+    const int jitter = tick / FRAME_TICKS % 3 == 2 ? 1 - 2 * (int)(tick / FRAME_TICKS % 2) : 0;
+    if (give((int16_t)(OFF_COUNTS + jitter), 0.5 * 0.1 * 1e-6 * tick * tick, 0.0, tick)) {
+      frozen_at = tick;
+    }
+  }
+  TEST_ASSERT_EQUAL(540, frozen_at);
 }
 
 static void give_none(unsigned tick) {
@@ -111,6 +126,7 @@ int main(void) {
   RUN_TEST(test_a_lag_at_a_constant_rate_is_a_target_that_is_followed);
   RUN_TEST(test_the_motion_of_the_line_of_sight_counts);
   RUN_TEST(test_another_place_ends_it);
+  RUN_TEST(test_a_place_that_jitters_by_a_count_is_frozen_too);
   RUN_TEST(test_pictures_without_a_target_do_not_end_it);
   RUN_TEST(test_a_long_time_without_a_target_is_no_window);
   RUN_TEST(test_a_coarse_camera_shows_a_target_at_the_centre_without_a_change);

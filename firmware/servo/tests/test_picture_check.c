@@ -156,6 +156,50 @@ static void test_a_complete_verdict_stays(void) {
   TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, check.verdict);
 }
 
+/* At a constant rate, which shows nothing. 50 Hz; the error changes by `error_rad_s`. Returns the ms of the verdict. */
+static int hold_at(double rate_rad_s, double error_rad_s) {
+  picture_check_reset(&check);
+  for (int ms = 0; ms < 5000; ++ms) {
+    const image_vector moved = {.x = (float)(1e-3 * rate_rad_s)};
+    picture_check_tick(&check, moved, false);
+    if (ms % 20 == 0) {
+      const image_vector error = {.x = (float)(0.01 + 1e-3 * error_rad_s * ms)};
+      picture_check_take(&check, error, (image_vector){0}, 0);
+    }
+    if (check.verdict != PICTURE_NOT_JUDGED) {
+      return ms;
+    }
+  }
+  return -1;
+}
+
+/* 0.15 rad at 0.1 rad/s: 1.5 s. One that came nearer is not stopped. */
+static void test_a_picture_that_does_not_answer_stops_the_axes(void) {
+  CHECK_NEAR("stopped, ms", 1530, hold_at(0.1, 0.04), 30);
+  TEST_ASSERT_EQUAL_INT(PICTURE_NO_ANSWER, check.verdict);
+  TEST_ASSERT_TRUE(picture_check_is_wrong(&check));
+  CHECK_NEAR("stopped, ms", 1530, hold_at(-0.1, 0.0), 30);
+  TEST_ASSERT_EQUAL_INT(-1, hold_at(0.1, -0.001));
+}
+
+/* Held at the limit, in ms after the first picture; the limit begins anew when the target has been followed. */
+static void test_the_limit_varies_while_it_holds(void) {
+  for (int round = 0; round < 2; ++round) {
+    for (int ms = 0; ms < 2000; ++ms) {
+      picture_check_tick(&check, (image_vector){0}, false);
+      if (ms % 20 == 0) {
+        picture_check_take(&check, (image_vector){.x = 0.01f}, (image_vector){0}, 0);
+      }
+      const bool slower = ms / PICTURE_VARIES_TICKS % 2 == 1;
+      const int into = ms % PICTURE_VARIES_TICKS;
+      if (ms > 200 && into > 50 && into < PICTURE_VARIES_TICKS - 10) {
+        CHECK_NEAR("limit, rad/s", slower ? 0.025 : 0.1, check.rate_limit_rad_s, 1e-6);
+      }
+    }
+    picture_check_tick(&check, (image_vector){0}, true);
+  }
+}
+
 /* Followed without the limit for 1.5 s in one piece. */
 static void test_a_target_that_is_followed_proves_its_picture(void) {
   for (int ms = 0; ms < PICTURE_PROVEN_TICKS - 1; ++ms) {
@@ -179,6 +223,8 @@ int main(void) {
   RUN_TEST(test_a_picture_of_too_little_motion_is_not_judged);
   RUN_TEST(test_a_verdict_of_wrong_stays_until_it_is_reset);
   RUN_TEST(test_a_complete_verdict_stays);
+  RUN_TEST(test_a_picture_that_does_not_answer_stops_the_axes);
+  RUN_TEST(test_the_limit_varies_while_it_holds);
   RUN_TEST(test_a_target_that_is_followed_proves_its_picture);
   return UNITY_END();
 }

@@ -28,8 +28,8 @@ DROPS = {
     4: "their quality is above 100 %",
     5: "the node's clock (1013) was set while they were under way, so that their time can be meant in two ways",
     6: "its picture is frozen: the target's place in it does not change while the axes move; restart the image processor",
-    7: "its picture is turned or mirrored (3072:9); 'servoctl camera calibrate' measures and corrects it",
-    8: "their target is more than half a turn away: does 3071:1 fit the unit of 3070:1 and 3070:2?",
+    7: "its picture is turned or mirrored, or does not answer (3072:9); 'servoctl camera calibrate' measures and corrects it",
+    8: "their errors are above 3.14, a target 72° off: does 3071:1 fit the unit of 3070:1 and 3070:2?",
     9: "their errors jump to and fro from frame to frame: has the image processor lost its target, or does it take turns"
     " between two?",
 }
@@ -123,6 +123,7 @@ _PICTURES = {
     PICTURE_TURNED: "the camera's picture is turned by {:.0f}° against the axes",
     3: "the axes have stopped: the camera's picture is turned by {:.0f}° against their motion, and would drive them away from the target",
     4: "the axes have stopped: the camera's picture is mirrored, and would drive them away from the target",
+    5: "the axes have stopped: the target came no nearer while they moved, and the camera's picture does not answer their motion",
 }
 """By 3072:9."""
 
