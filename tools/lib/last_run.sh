@@ -37,12 +37,18 @@ begin_record() {
   echo "Resuming the full run of $started_at: ${#recorded[@]} steps have passed."
 }
 
-has_passed() {
+# is_recorded STEP: it has run; in a run that is resumed, it has passed.
+is_recorded() {
   local line
   for line in "${recorded[@]}"; do
-    [[ "$line" != "$1 "*" passed" ]] || return 0
+    [[ "$line" != "$1 "* ]] || return 0
   done
   return 1
+}
+
+# How long a run has taken that was not resumed.
+took() {
+  [[ "${resume:-no}" == yes ]] && echo "in parts" || echo "$SECONDS s"
 }
 
 recorded_seconds() {
@@ -115,8 +121,8 @@ write_full_run_page() {
   {
     # shellcheck disable=SC2016 # Markdown
     printf '# The last full run\n\n`./tools/test --full` wrote this page.\n\n'
-    printf -- '- Commit: %s\n- Begun: %s\n- Machine: %s\n- Seed of the day: %s\n- Sum: %s s\n\n' \
-      "$commit" "$started_at" "$(machine)" "$seed_of_the_day" "$(recorded_seconds)"
+    printf -- '- Commit: %s\n- Begun: %s\n- Machine: %s\n- Seed of the day: %s\n- Took: %s (tidy and cppcheck beside readme)\n\n' \
+      "$commit" "$started_at" "$(machine)" "$seed_of_the_day" "$(took)"
     printf '| step | seconds | result |\n|---|---|---|\n'
     for line in "${recorded[@]}"; do
       read -r step seconds result <<<"$line"
@@ -139,8 +145,8 @@ print_summary() {
   [[ "$run" != full ]] || write_full_run_page
   [[ "$run" != gate || "$SECONDS" -le "$gate_limit_s" ]] || print_growth
   if [[ ${#failed[@]} != 0 ]]; then
-    echo "FAILED: ${failed[*]} (${#failed[@]} of ${#recorded[@]} steps, $(recorded_seconds) s)"
+    echo "FAILED: ${failed[*]} (${#failed[@]} of ${#recorded[@]} steps; it took $(took))"
     return 1
   fi
-  echo "All ${#recorded[@]} steps passed in $(recorded_seconds) s."
+  echo "All ${#recorded[@]} steps passed; it took $(took)."
 }
