@@ -63,6 +63,7 @@ struct OutputFiles::Names {
   CLI::App *command;
   bool overwrite = false;
   std::vector<Output> outputs;
+  std::vector<fs::path> written;
   std::vector<std::function<std::vector<fs::path>()>> inputs;
 
   bool is_only_written(const CLI::Option *option) const {
@@ -101,8 +102,14 @@ struct OutputFiles::Names {
     }
   }
 
-  void check_all() const {
-    std::vector<fs::path> written;
+  void set_apart(const std::string& option, const fs::path& file) {
+    if (std::any_of(written.begin(), written.end(), [&](const fs::path& other) { return are_same(other, file); })) {
+      refuse(option, fmt::format("\"{}\" is also what another option writes; give another name", file.string()));
+    }
+    written.push_back(file);
+  }
+
+  void check_all() {
     for (const Output& output : outputs) {
       if (output.option->count() == 0) {
         continue;
@@ -111,11 +118,7 @@ struct OutputFiles::Names {
         if (!output.is_kept) {
           check(output.option->get_name(), file);
         }
-        if (std::any_of(written.begin(), written.end(), [&](const fs::path& other) { return are_same(other, file); })) {
-          refuse(output.option->get_name(),
-                 fmt::format("\"{}\" is also what another option writes; give another name", file.string()));
-        }
-        written.push_back(file);
+        set_apart(output.option->get_name(), file);
       }
     }
   }
@@ -153,6 +156,12 @@ CLI::Option *OutputFiles::input(const std::string& option, fs::path& path, const
 }
 
 void OutputFiles::reads(const std::function<std::vector<fs::path>()>& files) { names_->inputs.push_back(files); }
+
+void OutputFiles::apart(const std::string& option, const fs::path& file) const {
+  if (file.has_filename()) {
+    names_->set_apart(option, file);
+  }
+}
 
 void OutputFiles::check(const std::string& option, const fs::path& file) const {
   const std::string problem = file.has_filename() ? output_file_problem(file) : "";

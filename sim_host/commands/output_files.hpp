@@ -34,6 +34,9 @@ class OutputFiles {
   CLI::Option *input(const std::string& option, std::filesystem::path& path, const std::string& help);
   void reads(const std::function<std::vector<std::filesystem::path>()>& files);
 
+  // No other option may write `file`, a name that the command derives from an option's value. Call before it writes.
+  void apart(const std::string& option, const std::filesystem::path& file) const;
+
   // For a name that the command derives from an option's value, before it writes any file. "NAME/" as in folder().
   void check(const std::string& option, const std::filesystem::path& file) const;
 

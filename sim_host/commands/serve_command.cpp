@@ -141,7 +141,10 @@ void add_serve(CLI::App& app, int& code, const std::vector<std::string>& argumen
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, kUntilStdinEndsHelp);
   command->callback([serving, outputs, &code, &arguments, &serve_board] {
     for (int i = 1; i < serving->options.nodes; ++i) {
-      outputs.check("--truth", file_of_device(serving->target.options.truth_csv, i));
+      const std::filesystem::path truth = file_of_device(serving->target.options.truth_csv, i);
+      outputs.check("--truth", truth);
+      outputs.apart("--truth", truth);
+      outputs.apart("--flash", file_of_device(serving->options.flash, i));
     }
     if (!serving->board.image.empty() && !serve_board) {
       hand_over_to_board(arguments);

@@ -188,6 +188,13 @@ def test_two_options_do_not_write_one_file(plant, tmp_path):
     refused(call(command, plant, "--learn", tmp_path / "one", "--junit", tmp_path / "one"), command, "another option writes")
 
 
+def test_the_files_of_the_second_node_are_its_own(tmp_path):
+    command = f"sim_host serve --bus slcan-tcp:0 --nodes 2 --target {SCENARIOS}/tracking.toml"
+    for truth, flash in ((tmp_path / "a", tmp_path / "a.2"), (tmp_path / "b.2", tmp_path / "b")):
+        refused(call(command, "none", "--truth", truth, "--flash", flash), command, "another option writes")
+        assert not list(tmp_path.iterdir())
+
+
 def test_a_device_and_a_pipe_are_written_without_asking(plant):
     done = call(f"identify plan {RANGE}", plant, "--json", "/dev/stdout")
     assert done.returncode == 0 and '"stage": "first_look"' in done.stdout, done

@@ -117,6 +117,11 @@ class BorrowedStream(abc.ABC):
             self._last_frame_s = time.monotonic()
         self._emergency = None
 
+    @property
+    def silent_s(self) -> float:
+        """Computer time since the last frame."""
+        return time.monotonic() - self._last_frame_s
+
     def check_alive(self) -> None:
         """Raises MotionError after an emergency message, after a stop, or when the frames have stopped."""
         if self.device.stopped.is_set():
@@ -125,7 +130,7 @@ class BorrowedStream(abc.ABC):
             raise MotionError(
                 f"the node sent an emergency (code {self._emergency:04X}); 'servoctl faults' shows details."
             )
-        if time.monotonic() - self._last_frame_s > SILENT_S:
+        if self.silent_s > SILENT_S:
             raise MotionError(
                 f"node {self.device.node_id} sent no frame of the stream for {SILENT_S:g} s (computer time): is it"
                 " switched on, operational and still on the bus?"

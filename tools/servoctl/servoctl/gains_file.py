@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import stat
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,10 +50,8 @@ def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
     """The contents of a file; raises InputError with file, line and remedy."""
     try:
         document = tomlkit.parse(text)
-    except ParseError as error:
-        raise InputError(f"{path}:{error.line}: invalid TOML: {str(error).split(' at line')[0]}.") from error
     except (TOMLKitError, ValueError, RecursionError) as error:  # also a number of too many digits, too many brackets
-        raise InputError(f"{path}: invalid TOML: {error}.") from error
+        raise InputError(_invalid(path, text, error)) from error
     content = document.unwrap()
     device = content.pop(DEVICE_TABLE, {})
     values: dict[Parameter, Value] = {}
@@ -66,6 +65,25 @@ def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
     if not values:
         raise InputError(f"{path}: contains no gains; 'servoctl save {path}' writes such a file.")
     return GainsFile(path, values, device if isinstance(device, dict) else {})
+
+
+def _invalid(path: Path, text: str, error: Exception) -> str:
+    """With the line: of an error without one, as of a key with two values, the first line up to which the text has it."""
+    lines = text.split("\n")
+    if isinstance(error, ParseError):
+        before = "".join(text.splitlines(keepends=True)[: error.line])  # tomlkit counts other ends of lines, too
+        line = before.count("\n") + (not before.endswith("\n"))
+    else:
+        line = bisect_left(range(len(lines)), True, key=lambda count: not _is_toml("\n".join(lines[:count])))
+    return f"{path}:{line}: invalid TOML: {str(error).split(' at line')[0].rstrip('.')}."
+
+
+def _is_toml(text: str) -> bool:
+    try:
+        tomlkit.parse(text)
+    except (TOMLKitError, ValueError, RecursionError):
+        return False
+    return True
 
 
 def _scalar(value: Any, parameter: Parameter) -> Value:
@@ -95,7 +113,7 @@ def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
 def _line_of(text: str, name: str) -> int:
     """The line where a dotted name gets its value; 1 when it is not found."""
     table = ""
-    for number_of_line, line in enumerate(text.splitlines(), 1):
+    for number_of_line, line in enumerate(text.split("\n"), 1):
         head = re.match(r"\s*\[([^\[\]]+)\]", line)
         if head:
             table = head.group(1).strip() + "."

@@ -202,8 +202,10 @@ class Identification:
 
     def _write_progress(self) -> None:
         path = self.folder / PROGRESS
+        new = path.with_suffix(".new")  # a full disk leaves the old one
         try:
-            path.write_text(json.dumps({"format": _FORMAT, "version": 1, **asdict(self._progress)}, indent=2) + "\n", encoding="utf-8")
+            new.write_text(json.dumps({"format": _FORMAT, "version": 1, **asdict(self._progress)}, indent=2) + "\n", encoding="utf-8")
+            new.replace(path)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
 

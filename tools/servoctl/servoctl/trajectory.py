@@ -278,8 +278,10 @@ def _column(name: str) -> _Column | None:
 
 def _columns(place: str, titles: Sequence[str]) -> list[_Column]:
     found: list[_Column] = []
-    for title in titles:
+    for number, title in enumerate(titles, 1):
         column = _column(title.strip())
+        if not title.strip():
+            raise InputError(f"{place}: column {number} has no title; name it, or remove it from all rows.")
         if column is None:
             raise InputError(
                 f"{place}: unknown column '{title.strip()}'; expected time_s, azimuth_deg, pitch_deg, azimuth_rate_deg_s,"

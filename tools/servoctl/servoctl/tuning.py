@@ -165,6 +165,7 @@ class Tuning:
     ) -> None:
         staged = {p.axis for p in values if p.staged and p.axis is not None}
         done: list[Parameter] = []
+        active: list[int] = []
         try:
             for parameter in sorted(values, key=lambda p: not p.staged):
                 done.append(parameter)
@@ -174,11 +175,14 @@ class Tuning:
             refuse_waiting(self.device, values)
             for axis in sorted(applied):
                 command_set(self.device, axis, command)
+                active.append(axis)
         except BaseException:
-            self._take_back(staged | applied, [p for p in done if not p.staged], old)
+            self._take_back(active, staged | applied, [p for p in done if not p.staged], old)
             raise
 
-    def _take_back(self, axes: set[int], unstaged: list[Parameter], old: Mapping[Parameter, Value | None]) -> None:
+    def _take_back(self, active: list[int], axes: set[int], unstaged: list[Parameter], old: Mapping[Parameter, Value | None]) -> None:
+        for axis in active:
+            self._quietly(lambda axis=axis: command_set(self.device, axis, UNDO))  # type: ignore[misc]
         for axis in axes:
             self._quietly(lambda axis=axis: command_set(self.device, axis, REVERT))  # type: ignore[misc]
         for parameter in unstaged:

@@ -131,19 +131,26 @@ class Server:
     link: str
 
 
-PATIENT = ("-c", "import sys; from servoctl import cli; from servoctl.ui import engine\n"
-                 "engine.COMMANDER_SILENT_S = engine.JOG_SILENT_S = 60.0; sys.exit(cli.main(sys.argv[1:]))")  # fmt: skip
-"""servoctl, whose page may be silent for longer than a busy computer keeps a browser waiting: test_page_orders.py tries pages
-that are silent. So no stop of these tests comes from silence."""
+PATIENT_S = 60.0
+"""A page may be silent for longer than a busy computer keeps a browser waiting: test_page_orders.py tries pages that are silent.
+So no stop of these tests comes from silence."""
+
+
+def _patient(silent_s: float) -> tuple[str, str]:
+    """servoctl, whose page may be silent for so long."""
+    return "-c", (
+        "import sys; from servoctl import cli; from servoctl.ui import engine\n"
+        f"engine.COMMANDER_SILENT_S = engine.JOG_SILENT_S = {silent_s}; sys.exit(cli.main(sys.argv[1:]))"
+    )
 
 
 @contextmanager
-def running(servo: Bench, *options: str) -> Iterator[Server]:
+def running(servo: Bench, *options: str, silent_s: float = PATIENT_S) -> Iterator[Server]:
     """Started with the node operational, and ended with SIGTERM unless it was killed."""
     if "--demo" not in options:
         with open_bus(parse_bus(servo.bus)) as bus:
             bus.send(can.Message(arbitration_id=0, data=[0x01, 1], is_extended_id=False))
-    process = servo.start("ui", "--no-browser", "--port", "0", "--json", *options, program=PATIENT)
+    process = servo.start("ui", "--no-browser", "--port", "0", "--json", *options, program=_patient(silent_s))
     assert process.stdout is not None and process.stderr is not None
     text = ""
     while "}" not in text:

@@ -96,6 +96,14 @@ def test_a_contradicting_set_is_refused_as_a_whole(servo: Bench) -> None:
     assert not servo.json("info")["axes"][0]["staged"]
 
 
+def test_a_set_of_both_axes_that_is_refused_by_the_second_is_in_force_on_none(servo: Bench) -> None:
+    before = servo.json("get")
+    refused = servo("set", f"{GAIN}={servo.value(GAIN) + 10}", f"{COULOMB.replace('azimuth', 'pitch')}=50")
+    assert refused.code == 4 and "2830:8" in refused.err
+    assert servo.json("get") == before
+    assert not any(axis["staged"] for axis in servo.json("info")["axes"])
+
+
 def test_a_refused_set_of_pitch_names_its_own_object_and_what_switches_a_filter_off(servo: Bench) -> None:
     refused = servo("set", "pitch.filters.notch_frequency=0.5")
     assert refused.code == 4

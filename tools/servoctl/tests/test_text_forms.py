@@ -309,7 +309,8 @@ def test_a_gain_that_is_no_number_is_named(value: str, words: str) -> None:
     (f"{GAIN} = 1{'0' * 5000}\n", "invalid TOML"),
     (f"{GAIN} = 1,5\n", "gains.toml:1: invalid TOML"),
     (f"{GAIN} = 1__0\n", "invalid TOML"),
-    (f"{GAIN} = 1.0\n{GAIN} = 2.0\n", "invalid TOML"),
+    (f"{GAIN} = 1.0\n# \u2028 \x85\n{GAIN} = 2.0\n", "gains.toml:3: invalid TOML: "),
+    (f"# \u2028\n\n{GAIN} = true\n", "gains.toml:3: "),
     ("[[azimuth]]\nspeed_loop.proportional_gain = 1.0\n", "gains.toml:1: unknown parameter 'azimuth'"),
     ("device = 3\n", "contains no gains"),
 ])  # fmt: skip

@@ -44,6 +44,7 @@ def test_units_stand_in_the_titles_and_comments_are_skipped(tmp_path: Path) -> N
     ("time_s,azimuth_deg\n0,1\n", ("path.csv:2", "two rows")),
     ("", ("path.csv:1", "two rows")),
     ("time_s,azimuth\n0,1\n1,2\n", ("path.csv:1", "unknown column 'azimuth'", "azimuth_deg")),
+    ("time_s,azimuth_deg,\n0,1,\n1,2,\n", ("path.csv:1", "column 3 has no title", "remove it from all rows")),
     ("azimuth_deg,pitch_deg\n0,1\n1,2\n", ("path.csv:1", "needs time_s")),
     ("time_s,azimuth_deg,azimuth_rad\n0,1,1\n1,2,2\n", ("path.csv:1", "two columns")),
     ("time_s,azimuth_deg,pitch_rate_deg_s\n0,1,1\n1,2,2\n", ("path.csv:1", "pitch has a rate but no angle")),

@@ -26,6 +26,7 @@ from .page_bench import (
     press,
     rate,
     remember,
+    running,
     seen,
     server,
     servo,
@@ -287,6 +288,18 @@ def test_a_viewers_page_stops_nothing_but_its_button_does(
 
 
 AFTERWARDS_S = 0.5
+
+
+def test_a_jog_goes_on_as_long_as_the_page_says_that_it_is_held(servo: Bench, browser: Browser) -> None:
+    """Longer than the page may be silent, which is 3 s here."""
+    silent_s = 3.0
+    with running(servo, silent_s=silent_s) as own, opened(browser, own) as page:
+        command_and_enable(page)
+        jog(page)
+        page.wait_for_timeout(1e3 * (silent_s + 1.0))
+        assert abs(rate(page)) > 1.0 and not any("silent" in each for each in page.locator("#events li").all_text_contents())
+        page.mouse.up()
+        wait_for(lambda: abs(rate(page)) < STANDSTILL_DEG_S, "stands after the jog")
 
 
 def test_a_jog_ends_when_its_tab_is_hidden(servo: Bench, server: Server, browser: Browser) -> None:

@@ -105,6 +105,15 @@ def test_staged_active_and_stored_values_stand_beside_each_other(servo: Bench, s
         press(page.locator("#gain-apply"))
         wait_for(lambda: columns(page)[:3] == ["–", old, old], "as before")
 
+        assert servo("set", f"{GAIN}={new}").code == 0 and servo("set", "--stage", f"{GAIN}={old}").code == 0
+        press(page.locator("#gain-read"))
+        wait_for(lambda: columns(page)[:3] == [old, "not known", old], "applied by another tool, and never seen")
+        press(page.locator("#gain-discard"))
+        wait_for(lambda: columns(page)[:3] == ["–", new, old], "seen")
+        field.fill(old)
+        press(page.locator("#gain-apply"))
+        wait_for(lambda: columns(page)[:3] == ["–", old, old], "as before")
+
 
 def test_new_values_of_one_axis_stay_when_the_other_is_shown(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import socket
 from contextlib import closing
 from pathlib import Path
 
+import can
 import pytest
 from playwright.sync_api import Browser, Page
 
+from servoctl.bus import open_bus, parse_bus
 from servoctl.parameter import AXES
 
 from .conftest import PARAMETERS, SERVERS, Bench, serve
@@ -82,6 +86,31 @@ def test_stop_without_a_server_is_sent_when_it_is_there_again(servo: Bench, brow
         with running(servo, "--port", port):
             wait_for(lambda: any("stop: STOP on page" in each for each in events(page)), "the stop")
             assert page.locator("#trouble").is_hidden() and not page.evaluate("trackservo.connection.stopWaits")
+
+
+def test_a_server_that_hangs_is_noticed_and_gets_the_stop_when_it_goes_on(servo: Bench, browser: Browser) -> None:
+    """Its socket stays open, as that of a link that is cut."""
+    with running(servo) as server, opened(browser, server) as page:
+        os.kill(server.process.pid, signal.SIGSTOP)
+        try:
+            wait_for_text(page.locator("#trouble"), "The page has lost its server")
+            page.keyboard.press("Escape")
+            wait_for_text(page.locator("#trouble"), "STOP could not be sent")
+        finally:
+            os.kill(server.process.pid, signal.SIGCONT)
+        wait_for(lambda: any("stop: STOP on page" in each for each in events(page)), "the stop")
+
+
+def test_samples_come_again_after_a_reset_of_the_node(servo: Bench, browser: Browser) -> None:
+    """Which then has its own TPDOs: the live view maps them again."""
+    with running(servo) as server, opened(browser, server) as page, open_bus(parse_bus(servo.bus)) as bus:
+        take_command(page)
+        wait_for(lambda: page.evaluate(FRESH) > FRESH_SAMPLES, "samples come")
+        bus.send(can.Message(arbitration_id=0, data=[0x82, 1], is_extended_id=False))
+        press(page.locator("#start-node"))
+        wait_for(lambda: any("they are mapped again" in each for each in events(page)), "silence is noticed")
+        begun = page.evaluate("trackservo.plots.history.lastTick")
+        wait_for(lambda: page.evaluate("trackservo.plots.history.lastTick") != begun, "samples come")
 
 
 def check_reaction(servo: Bench, what: str, begun: int) -> None:

@@ -96,7 +96,10 @@ def overview() -> list[dict[str, Any]]:
 
 def _done(folder: Path) -> list[str]:
     """Finished steps and parts of steps."""
-    parts = list(read_progress(folder).done) if (folder / PROGRESS).exists() else []
+    try:
+        parts = list(read_progress(folder).done) if (folder / PROGRESS).exists() else []
+    except InputError:  # one folder hides no other; whoever opens it reads what is wrong
+        parts = []
     found = [part for part in parts if part != FIRST_LOOK or (folder / FIRST_LOOK_RESULT).exists()]
     files = {"identify": RESULT, "design": "design.json", "tune": tune_run.PAGE}
     return found + [step for step, file in files.items() if (folder / file).exists()]

@@ -45,6 +45,7 @@ POLL_S = 0.1
 CAMERA_POLL_S = 1.0
 """While no axis follows."""
 RETRY_S = 0.25
+STREAM_SILENT_S = 2.0
 JOG_SILENT_S = 0.3
 """Without a word from the page for this long, a jog ends on its ramp; for twice as long, with a quick stop."""
 COMMANDER_SILENT_S = 1.0
@@ -145,6 +146,8 @@ class Engine:
         self._scope_phase = ""
         self._camera: tracking.CameraMapping | None = None
         self._polled_s = 0.0
+        self._opened_s = self._operational_s = 0.0
+        self._no_stream = ""
         self._camera_polled_s = 0.0
         self._tracking: dict[str, Any] | None = None
         self._threads = [
@@ -298,13 +301,12 @@ class Engine:
             try:
                 with self._connect() as device:
                     self._serve(device)
-            except (ServoctlError, can.CanError, OSError, RuntimeError) as error:
-                self._lost(str(error))
             except Exception as error:  # noqa: BLE001 - the page shows it, and the thread goes on
-                self._lost(internal(error))
+                self._lost(error)
             self._pause(RETRY_S)
 
-    def _lost(self, text: str) -> None:
+    def _lost(self, error: BaseException) -> None:
+        text = str(error) if isinstance(error, ServoctlError | can.CanError | OSError | RuntimeError) else internal(error)
         if self._link["up"]:
             self.say(f"connection lost: {text}", "bad")
         self._link = {"up": False, "text": text}
@@ -347,6 +349,8 @@ class Engine:
             self._open_stream(device)
             self._loop(device, jobs)
         except BaseException as error:
+            self._lost(error)  # first: a silent node lets each of the next steps wait
+            self._device = None
             self._unfinished = self._unfinished or bool(self._held)
             with self._lock:
                 self._stopped |= self._held.keys()
@@ -434,7 +438,10 @@ class Engine:
         moving = [AXES[a] for a in range(len(AXES)) if a in self._held or a in stopped or Drive(device, a).state() in enabled]
         self._leave_all(MotionError(f"stopped: {why}"))
         for axis in range(len(AXES)):
-            Drive(device, axis).quick_stop()
+            try:
+                Drive(device, axis).quick_stop()
+            except MotionError as error:  # the other axis is stopped, too
+                self.say(str(error), "bad")
         device.stopped.clear()
         what = f"{' and '.join(moving)} stopped and off" if moving else "nothing was enabled"
         self.say(f"stop: {why}; {what}", "bad" if moving else "note")
@@ -506,6 +513,7 @@ class Engine:
         self._poll_camera(device)
         self._scope_phase = self.scope.poll() if self.scope is not None else ""
         self._node = self._node | {"nmt": nmt}
+        self._watch_stream(device, nmt)
         self._was_operational = self._was_operational or nmt == "operational"
         if nmt == "pre-operational" and time.monotonic() < self._rejoin_until_s:
             self._start_again(device)
@@ -605,11 +613,18 @@ class Engine:
         self._measured = set(modes)
         try:
             yield
-        finally:
-            self._measured = set()
-            self.busy("")
-            self._close_stream()
-            self._open_stream(device)
+        except BaseException:
+            with contextlib.suppress(ServoctlError, can.CanError, OSError):  # a lost link shows by itself, and hides no error of the job
+                self._measured_all(device)
+            raise
+        else:
+            self._measured_all(device)
+
+    def _measured_all(self, device: Device) -> None:
+        self._measured = set()
+        self.busy("")
+        self._close_stream()
+        self._open_stream(device)
 
     def show(self, signals: RecordedSignals) -> None:
         """Within `without_stream`: what the job records, in place of the stream."""
@@ -620,10 +635,28 @@ class Engine:
             stream = SignalStream(device, self._choice)
             stream.__enter__()
         except MotionError as error:
-            self.say(f"no plot: {error}", "bad")
+            if str(error) != self._no_stream:
+                self.say(f"no plot: {error}", "bad")
+            self._no_stream = str(error)
             return
+        finally:
+            self._opened_s = time.monotonic()
+        self._no_stream = ""
         stream.start()
         self._stream = stream
+
+    def _watch_stream(self, device: Device, nmt: str) -> None:
+        """A node that was reset has its own TPDOs again; the stream that another program had may be free."""
+        now = time.monotonic()
+        stream = self._stream
+        if nmt != "operational":
+            self._operational_s = now
+        elif stream is None and now - self._opened_s > STREAM_SILENT_S:
+            self._open_stream(device)
+        elif isinstance(stream, SignalStream) and min(stream.silent_s, now - self._operational_s) > STREAM_SILENT_S:
+            self.say("no samples come, although the node is operational: it was reset, or its TPDOs were changed; they are mapped again", "bad")
+            self._close_stream()
+            self._open_stream(device)
 
     def _close_stream(self) -> None:
         with self._lock:
@@ -644,7 +677,7 @@ def file_error(error: OSError) -> str:
     return f"{error.filename or 'a file'}: cannot be written or read: {error.strerror}."
 
 
-def internal(error: Exception) -> str:
+def internal(error: BaseException) -> str:
     """A sentence on an error of servoctl itself."""
     return f"internal error of servoctl: {error!r}."
 

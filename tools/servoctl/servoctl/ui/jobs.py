@@ -33,7 +33,7 @@ from ..shapes import SETPOINT_TICKS as SHAPE_TICKS
 from ..shapes import plan_shape
 from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, delays, plan_step
 from ..text_file import text_of
-from ..tuning import REVERT, Tuning, command_set, set_state, undo_last
+from ..tuning import REVERT, SetState, Tuning, command_set, set_state, undo_last
 from ..units import TICK_S, Shown, degrees, number, radians
 from .commission import Commission
 from .held_axis import ANY, HeldAxis, follow
@@ -55,6 +55,8 @@ class Jobs:
         self._held = self.held = held
         self._in_force: dict[str, Value] = {}
         self._stored: dict[str, Value] = {}
+        self._crcs: dict[int, tuple[int, int]] = {}
+        """Of the active and the stored set, when they were read."""
         self._loops = self._engine.loops
         self._signals: dict[int, str] = {}
         self.commission = Commission(self, device)
@@ -374,6 +376,7 @@ class Jobs:
         name = AXES[axis]
         chosen = [p for p in self._device.schema.tunable if p.axis == axis and p.type not in ("DOMAIN", "VISIBLE_STRING")]
         state = set_state(self._device, axis)
+        self._forget_changed(axis, state)
         rows = []
         for parameter in chosen:
             value = self._device.read(parameter)
@@ -383,6 +386,16 @@ class Jobs:
             "axis": name, "rows": rows, "staged": bool(state and state.staged_differs),
             "differs_from_stored": bool(state and state.active_differs_from_stored), "read": time.time(),
         }  # fmt: skip
+
+    def _forget_changed(self, axis: int, state: SetState | None) -> None:
+        """Values of a set that somebody else has applied or stored since they were read."""
+        crcs = (state.active_crc, state.stored_crc) if state else (0, 0)
+        before = self._crcs.get(axis, crcs)
+        self._crcs[axis] = crcs
+        for known, was, now in zip((self._in_force, self._stored), before, crcs, strict=True):
+            if was != now:
+                for name in [name for name in known if name.startswith(f"{AXES[axis]}.")]:
+                    del known[name]
 
     def _note(self, parameter: Parameter, value: Value, in_force: bool, as_stored: bool) -> None:
         """The node shows staged values; the others are known from when they were the same."""

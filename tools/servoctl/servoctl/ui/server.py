@@ -103,6 +103,7 @@ class Site:
         self._engine = engine
         self._viewers = Viewers()
         self._demo = demo
+        self._told = ""
 
     def app(self, access: Access) -> Starlette:
         """The application."""
@@ -125,7 +126,7 @@ class Site:
     @contextlib.asynccontextmanager
     async def _lifespan(self, _app: Starlette) -> AsyncIterator[None]:
         self._engine.start()
-        tasks = [asyncio.create_task(self._send_samples()), asyncio.create_task(self._send_states())]
+        tasks = [asyncio.create_task(self._repeat(BATCH_S, self._send_samples)), asyncio.create_task(self._repeat(STATE_S, self._send_states))]
         if self._demo is not None:
             asyncio.get_running_loop().run_in_executor(None, self._demo)
         try:
@@ -145,20 +146,26 @@ class Site:
 
     # --- to the pages ---------------------------------------------------------------------------------------------
 
-    async def _send_samples(self) -> None:
+    async def _repeat(self, period_s: float, send: Callable[[], None]) -> None:
         while True:
-            await asyncio.sleep(BATCH_S)
-            samples = self._engine.samples()
-            if samples is not None and len(samples.ticks):
-                data = pack(samples)
-                for viewer in self._viewers.all:
-                    viewer.send_samples(data)
+            await asyncio.sleep(period_s)
+            try:
+                send()
+            except Exception as error:  # noqa: BLE001 - the page shows it once, and what comes next is sent
+                if self._told != (text := internal(error)):
+                    self._told = text
+                    self._engine.say(text, "bad")
 
-    async def _send_states(self) -> None:
-        while True:
-            await asyncio.sleep(STATE_S)
+    def _send_samples(self) -> None:
+        samples = self._engine.samples()
+        if samples is not None and len(samples.ticks):
+            data = pack(samples)
             for viewer in self._viewers.all:
-                self._send_state(viewer)
+                viewer.send_samples(data)
+
+    def _send_states(self) -> None:
+        for viewer in self._viewers.all:
+            self._send_state(viewer)
 
     def _send_state(self, viewer: Viewer) -> None:
         viewer.send({"state": self._engine.state() | {"pages": self._viewers.data(viewer), "time": time.time()}})

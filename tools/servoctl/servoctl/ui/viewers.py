@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import math
 import struct
 import time
 from dataclasses import dataclass, field
@@ -29,8 +30,11 @@ class Viewer:
     """Samples that this page did not get, because it was behind."""
 
     def send(self, message: dict[str, Any]) -> None:
-        """Text; the oldest message gives way."""
-        self._put(json.dumps(message))
+        """Text; the oldest message gives way. JSON has no NaN and no infinity: null."""
+        try:
+            self._put(json.dumps(message, allow_nan=False))
+        except ValueError:
+            self._put(json.dumps(_finite(message)))
 
     def send_samples(self, data: bytes) -> None:
         """Left out and counted when the page is behind."""
@@ -102,3 +106,11 @@ class Viewers:
             "you": of.number, "dropped": of.dropped, "commander": self.commander.number if self.commander else None, "text": self.describe(),
             "viewers": [{"number": v.number, "name": v.name} for v in self.all],
         }  # fmt: skip
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    return [_finite(entry) for entry in value] if isinstance(value, list | tuple) else value

@@ -1,6 +1,8 @@
 // The WebSocket: requests with answers, states, events, and samples. It connects again by itself.
 
 const RETRY_MS = 500;
+const LOOK_MS = 250;
+const SILENT_LOOKS = 8; // 2 s: states come ten times a second. In looks, because a busy page is late with both
 
 export class Connection {
   constructor(handlers) {
@@ -8,23 +10,40 @@ export class Connection {
     this.waiting = new Map();
     this.number = 0;
     this.stopWaits = false;
+    this.looks = 0;
+    setInterval(() => this.look(), LOOK_MS);
     this.open();
+  }
+
+  // A link that is cut, or a server that hangs, closes no socket.
+  look() {
+    this.looks += 1;
+    if (this.looks >= SILENT_LOOKS && this.socket.readyState === WebSocket.OPEN) this.lose();
+  }
+
+  lose() {
+    const { socket } = this;
+    socket.onmessage = socket.onclose = null;
+    socket.close();
+    for (const { reject } of this.waiting.values()) reject(new Error("the page has lost its server."));
+    this.waiting.clear();
+    this.handlers.lost();
+    setTimeout(() => this.open(), RETRY_MS);
   }
 
   open() {
     this.socket = new WebSocket(`ws://${location.host}/ws`);
     this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => this.sendStop();
-    this.socket.onmessage = (event) => this.take(event.data);
-    this.socket.onclose = () => {
-      for (const { reject } of this.waiting.values()) reject(new Error("the page has lost its server."));
-      this.waiting.clear();
-      this.handlers.lost();
-      setTimeout(() => this.open(), RETRY_MS);
+    this.socket.onopen = () => {
+      this.looks = 0;
+      this.sendStop();
     };
+    this.socket.onmessage = (event) => this.take(event.data);
+    this.socket.onclose = () => this.lose();
   }
 
   take(data) {
+    this.looks = 0;
     if (data instanceof ArrayBuffer) {
       this.handlers.samples(data);
       return;

@@ -137,6 +137,10 @@ function show(received) {
   track.show(received, mine && link.up && !received.busy);
   const silent = link.up && !$("start-node").hidden ? "the node sends no samples until it is started" : "";
   setText($("busy"), received.busy || silent);
+  if (!link.up) {
+    gains.asked = false; // another client or another node may have changed them when it is back
+    cancelPlan();
+  }
   if (link.up && !gains.asked) gains.read();
   $("choice").disabled = !mine;
 }

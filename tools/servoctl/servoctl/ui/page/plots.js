@@ -35,12 +35,12 @@ export class Plots {
     new ResizeObserver(() => this.resize()).observe(place);
     let rested = 0;
     const draw = (now) => {
+      requestAnimationFrame(draw); // first: what goes wrong in one picture does not end the next ones
       if (this.dirty && !document.hidden && now >= rested) {
         this.draw();
         const end = performance.now();
         rested = end + end - now; // on a slow computer half of the time is left for the controls
       }
-      requestAnimationFrame(draw);
     };
     requestAnimationFrame(draw);
   }
@@ -55,8 +55,9 @@ export class Plots {
       this.live = { signals: withRoles(signals), history };
       return;
     }
-    Object.assign(this, { signals: withRoles(signals), history, frozen: null });
+    Object.assign(this, { signals: withRoles(signals), history, frozen: null, range: null });
     this.build();
+    this.onZoom(null);
   }
 
   // A recording takes the place of the live signals until `close`; these go on behind it.

@@ -72,12 +72,14 @@ export class Scope {
     $("scope-stop").disabled = !(mayCommand && scope && !done);
     $("scope-read").disabled = !(mayCommand && done);
     $("scope-save").disabled = !this.found;
-    if (done && mayCommand && !moves && !this.reading) this.read();
+    this.tried &&= done; // once: what refuses it stays for a while, and is said
+    if (done && mayCommand && !moves && !this.reading && !this.tried) this.read();
     if (done && moves && !this.reading) $("scope-note").textContent = "it is read when both axes are off";
   }
 
   async read() {
     this.reading = true;
+    this.tried = true;
     const found = await this.ask("scope_read");
     this.reading = false;
     if (!found) return;
