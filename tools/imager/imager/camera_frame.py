@@ -47,6 +47,8 @@ class FrameSender:
         self._mapping = CameraMapping(device, self._identifier)
         self._counter = 0
         self.sent = 0
+        self.clipped = 0
+        """Frames whose error was beyond the range."""
 
     def __enter__(self) -> FrameSender:
         self.scale_rad = float(struct.unpack("<f", self._device.upload(*SCALE, "camera image scale"))[0])
@@ -68,6 +70,12 @@ class FrameSender:
         assert bus is not None
         bus.send(can.Message(arbitration_id=self._identifier, is_extended_id=False, data=data))
         self.sent += 1
+        self.clipped += bool(result.quality) and max(abs(result.x_rad), abs(result.y_rad)) > self.range_rad
+
+    @property
+    def range_rad(self) -> float:
+        """Largest error of a frame: 3071:1 times the counts."""
+        return self.scale_rad * _CLIPPED
 
     def report(self) -> FrameCounts:
         """Read by SDO."""

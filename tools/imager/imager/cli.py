@@ -133,6 +133,11 @@ def _summary(
             text += f"; last reason: {DROPS.get(report.last_drop, str(report.last_drop))}"
         elif sender.sent and not taken:
             text += "; the node takes PDOs only while it is operational: 'servoctl info' shows its state"
+        if sender.clipped:
+            text += (
+                f"; {sender.clipped} errors were beyond ±{1e3 * sender.range_rad:.1f} mrad and sent as that: give the node a larger"
+                " unit (3071:1)"
+            )
         click.echo(f"{text}; from exposure to use in the node: {report.age_ms} ms at last")
 
 
@@ -149,8 +154,8 @@ def _summary(
               help="Side of the picture where the azimuth is larger.")  # fmt: skip
 @click.option("--tracker", type=click.Choice(TRACKERS), default="kcf", show_default=True,
               help="OpenCV's tracker that takes over where the target does not stand out.")  # fmt: skip
-@click.option("--camera-delay", type=_Number(0.0, 100.0), default=0.0, show_default=True,
-              help="From the middle of the exposure to the picture's time stamp, ms.")  # fmt: skip
+@click.option("--camera-delay", type=_Number(-100.0, 100.0), default=0.0, show_default=True,
+              help="From the middle of the exposure to the picture's time stamp, ms; of a stamp of its start: minus half of it.")  # fmt: skip
 @click.option("--rate", type=_Number(1e-3, 1e3), default=DEFAULT_RATE_HZ, show_default=True,
               help="Pictures per second of a folder, whose files say no times.")  # fmt: skip
 @click.option("--seconds", type=_Number(0.1), help="End after so many seconds.")

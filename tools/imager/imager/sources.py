@@ -164,10 +164,10 @@ def open_source(text: str, rate_hz: float = DEFAULT_RATE_HZ) -> Source:
         return PgmSource(host or "127.0.0.1", int(port))
     if "://" in text:
         return StreamSource(text, FORMS)
-    device = text.removeprefix("/dev/video")
+    path = Path(text)
+    device = str(path.resolve() if text.startswith("/dev/") else text).removeprefix("/dev/video")  # /dev/v4l/by-id/... is a link
     if device.isdigit():
         return CameraSource(int(device), text)
-    path = Path(text)
     if not path.exists():
         raise ImagerError(f"the video '{path}' does not exist; expected {FORMS}.")
     if is_still(path):

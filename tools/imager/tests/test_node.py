@@ -56,6 +56,10 @@ def test_the_node_takes_the_frames_and_afterwards_its_rpdo_is_as_before(tmp_path
             sender.send(Result(0.0, 0.0, 0.2, 88))
             wait_until(lambda: sender.report().dropped == 1)
             assert (sender.report().dropped, sender.report().last_drop) == (1, 2)  # older than 127 ms
+            sender.send(Result(-0.1, 0.02, 0.0321, 88))
+            ours = (message for message in iter(lambda: listener.recv(5.0), None) if _is_ours(message))
+            _, frame = next(ours), next(ours)
+            assert struct.unpack("<hh", bytes(frame.data[:4])) == (-0x7FFF, 20000) and sender.clipped == 1
         after = [device.upload(*where) for where in ((0x1403, 1), (0x1603, 0), (0x1603, 1), (0x3071, 5))]
         assert after == before
 
