@@ -4,7 +4,7 @@
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
 firmware_steps="sanitized short clients image lint firmware long asan coverage attack mutate proofs fuzz cortex-m4 reproducible socketcan tidy python servoctl servoctl-image check"
-simulator_steps="short clients lint long asan attack fuzz cortex-m4 socketcan tidy cppcheck python servoctl servoctl-image check"
+simulator_steps="short clients lint long asan attack fuzz cortex-m4 socketcan tidy cppcheck python servoctl servoctl-image check readme"
 
 # By the kind of the file.
 steps_of_kind() {
@@ -40,7 +40,7 @@ steps_of_place() {
         *) echo all ;;
       esac
       ;;
-    docs/ci/*) echo check ;;
+    docs/ci/*) echo check readme ;;
     docs/ros2/*) echo short:device long:device_image ;;
     docs/images/*) echo short:test_docs ;;
 
@@ -69,14 +69,15 @@ steps_of_place() {
     tests/proofs/*) echo proofs ;;
     tests/fuzz/*.py) echo python ;;
     tests/fuzz/*) echo fuzz python ;;
-    tests/changed/*.py | tests/demo/*.py | tests/docs/*.py | tests/hooks/*.py | tests/readme/*) echo python ;;
+    tests/readme/*) echo python readme ;;
+    tests/changed/*.py | tests/demo/*.py | tests/docs/*.py | tests/hooks/*.py) echo python ;;
     tests/cortex_m4/*.sh | tests/cortex_m4/*.py) echo cortex-m4 ;;
     tests/target/probes/*) echo short:test_core ;;
     tests/cortex_m4/*.[ch]*) echo cortex-m4 short ;;
     tests/store/*.c) echo sanitized firmware coverage mutate ;;
     tests/*.[ch] | tests/*.[ch]pp) echo sanitized short long firmware asan coverage mutate cortex-m4 fuzz servoctl check ;;
 
-    tools/demo | tools/lib/build_progress.sh) echo python ;;
+    tools/demo | tools/lib/build_progress.sh) echo python readme ;;
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;
     tools/update-docs) ;;
     tools/imager/*) echo clients servoctl servoctl-image ;;
@@ -88,7 +89,7 @@ steps_of_place() {
     tools/registers/*) echo image ;;
     tools/report/*) echo python ;;
     tools/servoctl/servoctl/text_file.py) echo clients servoctl servoctl-image socketcan short long python ;;
-    tools/servoctl/*) echo clients servoctl servoctl-image socketcan short long ;;
+    tools/servoctl/*) echo clients servoctl servoctl-image socketcan short long readme ;;
     tools/source_checks/*) echo includes python ;;
     *) echo all ;;
   esac

@@ -6,8 +6,10 @@ last_run="$build/last-run.json"
 full_run_page=docs/checks/full-run.md
 recorded=() # STEP SECONDS RESULT
 
+# Except for the page that the last full run has written.
 commit_is_clean() {
-  [[ -z "$(git status --porcelain 2>/dev/null)" ]]
+  local found
+  found="$(git status --porcelain -- . ":(exclude)$full_run_page" 2>/dev/null)" && [[ -z "$found" ]]
 }
 
 head_commit() {
@@ -33,6 +35,7 @@ begin_record() {
     die "--resume: the last full run was of $(value_of commit)$([[ "$(value_of uncommitted)" == false ]] || echo " with uncommitted changes")," \
       "this is $commit$([[ "$uncommitted" == false ]] || echo " with uncommitted changes"): run without --resume."
   started_at="$(value_of date)"
+  seed_of_the_day=$(($(date -u -d "$started_at" +%s) / 86400))
   mapfile -t recorded < <(sed -n 's/^    {"step": "\([^"]*\)", "seconds": \([0-9]*\), "result": "passed"}.*/\1 \2 passed/p' "$last_run" | grep -v '^setup ')
   echo "Resuming the full run of $started_at: ${#recorded[@]} steps have passed."
 }
@@ -48,7 +51,11 @@ is_recorded() {
 
 # How long a run has taken that was not resumed.
 took() {
-  [[ "${resume:-no}" == yes ]] && echo "in parts" || echo "$SECONDS s"
+  if [[ "${resume:-no}" == yes ]]; then
+    echo "$(recorded_seconds) s in parts"
+  else
+    echo "$SECONDS s"
+  fi
 }
 
 recorded_seconds() {

@@ -153,7 +153,7 @@ step_tidy() {
 full_run_commit() {
   local commit
   commit="$(sed -n 's/^- Commit: \([0-9a-f]*\)$/\1/p' "$full_run_page" 2>/dev/null)"
-  [[ -n "$commit" ]] && git cat-file -e "$commit^{commit}" 2>/dev/null && echo "$commit"
+  grep -q '^| tidy | [0-9]* | passed |$' "$full_run_page" 2>/dev/null && [[ -n "$commit" ]] && git cat-file -e "$commit^{commit}" 2>/dev/null && echo "$commit"
 }
 
 # Sources without tests that have changed since the commit BASE; for a header the one of its name, or else the first that
