@@ -59,8 +59,13 @@ static void count_in_order(camera_input *input) {
   }
 }
 
-static void measure_interval(camera_input *input, float ticks) {
-  const float interval_ticks = scalar_min(ticks, (float)CAMERA_LONGEST_INTERVAL_TICKS);
+/* Nothing is known of the time before the first message. */
+static void count_skipped(camera_input *input, uint8_t ahead, float ticks) {
+  if (!input->heard) {
+    return;
+  }
+  input->missed += (uint32_t)ahead - 1u;
+  const float interval_ticks = scalar_min(ticks / (float)ahead, (float)CAMERA_LONGEST_INTERVAL_TICKS);
   const float weight = input->interval_ticks > 0.0f ? INTERVAL_WEIGHT : 1.0f;
   input->interval_ticks += weight * (interval_ticks - input->interval_ticks);
 }
@@ -77,12 +82,9 @@ static bool is_newer(camera_input *input, uint8_t counter, uint32_t tick) {
   const float ticks = (float)(tick - input->last_tick);
   input->last_tick = tick;
   const bool newer = !input->heard || (ahead != 0 && ahead < HALF_COUNTERS && has_time(input, ahead, ticks));
-  if (newer && input->heard) {
-    input->missed += (uint32_t)ahead - 1u;
-    measure_interval(input, ticks / (float)ahead);
+  if (newer) {
     count_in_order(input);
-  } else if (newer) {
-    count_in_order(input);
+    count_skipped(input, ahead, ticks);
   } else if (!has_restarted(input, counter)) {
     return false;
   }

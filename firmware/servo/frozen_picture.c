@@ -11,8 +11,12 @@ static float difference_rad(sight_motion a, sight_motion b) {
   return scalar_max(scalar_abs(a.azimuth_rad - b.azimuth_rad), scalar_abs(a.pitch_rad - b.pitch_rad));
 }
 
-/* Ends a window: the next one begins here. */
-static void end_window(frozen_picture *self, float off_rad, float count_rad, joint_place joints, uint32_t tick) {
+static void begin_window(frozen_picture *self, joint_place joints, uint32_t tick) {
+  self->from = joints;
+  self->since_tick = tick;
+}
+
+static void judge_window(frozen_picture *self, float off_rad, float count_rad, joint_place joints) {
   const sight_motion motion = motion_of(self->from, joints);
   const float faster_rad = difference_rad(motion, self->before);
   self->frozen =
@@ -20,8 +24,6 @@ static void end_window(frozen_picture *self, float off_rad, float count_rad, joi
                        faster_rad > (float)FROZEN_COUNTS * count_rad && faster_rad > (float)FROZEN_RATIO * off_rad);
   self->before = motion;
   self->has_before = true;
-  self->from = joints;
-  self->since_tick = tick;
 }
 
 void frozen_picture_take(frozen_picture *self, const camera_message *message, float off_rad, float count_rad,
@@ -32,12 +34,13 @@ void frozen_picture_take(frozen_picture *self, const camera_message *message, fl
   const bool stays = self->seen && frozen_picture_is_at(self, message);
   const uint32_t lasts = tick - self->since_tick;
   if (!stays) {
-    *self = (frozen_picture){.seen = true, .x = message->x, .y = message->y, .since_tick = tick, .from = joints};
+    *self = (frozen_picture){.seen = true, .x = message->x, .y = message->y};
   } else if (lasts > (uint32_t)FROZEN_LONGEST_WINDOW_TICKS) {
     self->has_before = false;
-    self->from = joints;
-    self->since_tick = tick;
   } else if (lasts >= FROZEN_WINDOW_TICKS) {
-    end_window(self, off_rad, count_rad, joints, tick);
+    judge_window(self, off_rad, count_rad, joints);
+  } else {
+    return;
   }
+  begin_window(self, joints, tick);
 }

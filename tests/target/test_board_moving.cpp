@@ -121,7 +121,7 @@ std::uint8_t *last_byte_of_image(BoardRig& rig) {
 
 // How long the check of the image took [ms]. Only a restart ends the fault.
 int try_damaged_image(BoardRig& rig, bench::Turning& turning, const std::string& what) {
-  constexpr int kTwoRounds_ms = 6200;
+  constexpr int kTwoRounds_ms = 10400;
   constexpr std::uint8_t kBit = 0x10;
   const std::uint8_t fault = FAULT_IMAGE_DAMAGED;
   const int resets_before = rig.machine.chip().resets();

@@ -60,9 +60,8 @@ static const od_entry kEntries[] = {
         OD_U8, 4, last_drop, 9, "", "Camera last drop",
         "Why: 0: none dropped; 1: not newer than the last one; 2: older than 127 ms; 3: exposed later than now; "
         "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways; 6: a frozen picture; "
-        "7: 3072:9 is 3, 4 or 5; 8: an error above 3.14, a target 72 degrees off; 9: errors that jump to and fro from "
-        "frame to "
-        "frame"),
+        "7: 3072:9 is 3, 4 or 5; 8: an error above 3.14, a target 72 degrees off; "
+        "9: errors that jump to and fro from frame to frame"),
     REPORTS(
         OD_U8, 5, azimuth_tracking, 6, "", "Azimuth tracking state",
         "0: not tracking; 1: searching; 2: acquiring; 3: on target; 4: coasting; 5: target lost; 6: stopped by 3072:9"),
@@ -70,11 +69,9 @@ static const od_entry kEntries[] = {
     REPORTS(OD_U8, 7, age_ms, 127, "ms", "Camera frame age", "From exposure to the tick that took the newest frame"),
     REPORTS(OD_U16, 8, clock, 65535, "1e-5 s", "Camera clock", "1013 at this tick, for 3070:3"),
     REPORTS(OD_U8, 9, picture_verdict, 5, "", "Camera picture",
-            "By the motion of the axes that track: 0: not judged yet, rates are limited to 0.005 to 0.1 rad/s; 1: "
-            "right; 2: "
-            "turned by 45 to 60 degrees; 3: turned by more; 4: mirrored; 5: it does not answer; 3 to 5 stop the axes "
-            "until tracking is ended, or "
-            "3071 is written"),
+            "By the motion of the axes that track: 0: not judged yet, rates are limited to 0.005 to 0.1 rad/s; "
+            "1: right; 2: turned by 45 to 60 degrees; 3: turned by more; 4: mirrored; 5: it does not answer; "
+            "3 to 5 stop the axes until tracking is ended, or 3071 is written"),
     OD_I16(0x3072, 10, OD_RO, OD_TPDO, camera_objects, picture_roll, -31416, 31416, 0, "1e-4 rad",
            "Camera roll missing", "What 3071:2 lacks, by 3072:9; of a mirrored picture 3071:7 is to be changed, too"),
     OD_RECORD_HEAD(0x3073, 8, "Camera delay", "How old the frames are, measured while both axes track"),

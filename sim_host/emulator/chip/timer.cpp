@@ -239,7 +239,8 @@ void Timer::integrate() {
   if (!advanced_) {
     return;
   }
-  const auto elapsed = static_cast<double>(timeline().instant() - integrated_to_);
+  // Less than 0 in an alarm that was due just before the access of a register to which it was integrated last.
+  const auto elapsed = static_cast<double>(static_cast<std::int64_t>(timeline().instant() - integrated_to_));
   for (std::size_t leg = 0; leg < kLegs; ++leg) {
     driven_[leg] = driven_[leg] && is_leg_driven(leg);
     const double share = std::min(1.0, compare_value_[leg] / static_cast<double>(std::max(1U, limit_)));

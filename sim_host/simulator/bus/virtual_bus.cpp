@@ -25,7 +25,7 @@ std::uint64_t arbitration_key(const can_frame& frame) {
 
 VirtualBus::Port VirtualBus::attach(Receiver receiver, std::size_t queue_limit) {
   const Port port = next_port_++;
-  nodes_.emplace(port, Node{std::move(receiver), {}, queue_limit, kEveryBitRate, false});
+  nodes_.emplace(port, Node{std::move(receiver), {}, queue_limit, kEveryBitRate});
   return port;
 }
 
@@ -35,8 +35,7 @@ void VirtualBus::detach(Port port) {
     nodes_.erase(port);
     return;
   }
-  node.receiver = [](const can_frame&) {};
-  node.leaves = true;
+  node.receiver = nullptr;
 }
 
 bool VirtualBus::has_room(Port port) const {
@@ -77,11 +76,11 @@ bool VirtualBus::deliver_next() {
   ++frames_;
   for (auto& [port, node] : nodes_) {
     const bool understands = node.bit_rate <= 0 || sent_at <= 0 || std::abs(node.bit_rate / sent_at - 1.0) < kTolerance;
-    if (port != winner->first && understands) {
+    if (port != winner->first && node.receiver && understands) {
       node.receiver(frame);
     }
   }
-  if (winner->second.leaves && winner->second.queue.empty()) {
+  if (!winner->second.receiver && winner->second.queue.empty()) {
     nodes_.erase(winner);
   }
   return true;

@@ -55,11 +55,10 @@ class VirtualBus {
 
  private:
   struct Node {
-    Receiver receiver;
+    Receiver receiver;  // empty: detached, with frames that wait
     std::deque<can_frame> queue;
     std::size_t limit;
     double bit_rate;
-    bool leaves;  // detached, with frames that wait
   };
 
   bool deliver_next();

@@ -21,7 +21,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from mcap.exceptions import McapError
-from mcap.reader import McapReader, NonSeekingReader, SeekingReader
+from mcap.reader import NonSeekingReader, SeekingReader
 from mcap.records import Channel, Message, Schema
 from mcap.writer import CompressionType, Writer
 
@@ -181,17 +181,17 @@ def read(path: Path, from_s: float = 0.0, seconds: float = float("inf")) -> Reco
     stamps: list[int] = []
     described: dict[str, str] | None = None
     fields: list[str] = []
+    first_ns: int | None = None
     whole = True
     try:
         with path.open("rb") as file:
-            first_ns = _indexed_start_ns(file) if 0.0 < from_s and seconds < float("inf") else None
+            part = _part(file, from_s, seconds) if 0.0 < from_s and seconds < float("inf") else None
             try:
-                messages = _all(file)
-                if first_ns is not None:
-                    reader = SeekingReader(file)
-                    described = _described(reader)
+                if part is not None:
+                    first_ns, described, messages = part
                     fields = [field_of(signal) for signal in _signals(described)]
-                    messages = _part(reader, first_ns + int(1e9 * from_s), first_ns + int(1e9 * (from_s + seconds)))
+                else:
+                    messages = _all(file)
                 for _schema, channel, message in messages:
                     if described is None:
                         described = channel.metadata
@@ -226,29 +226,24 @@ def _all(file: BinaryIO) -> Messages:
     return NonSeekingReader(file).iter_messages(topics=[TOPIC], log_time_order=False)
 
 
-def _part(reader: McapReader, from_ns: int, to_ns: int) -> Messages:
-    """Those from one time up to another, by the index: an hour before them costs nothing."""
-    return reader.iter_messages(topics=[TOPIC], starting_at=from_ns, ending_before=to_ns)
+def _part(file: BinaryIO, from_s: float, seconds: float) -> tuple[int, dict[str, str], Messages] | None:
+    """The first sample's time, what describes the samples, and those of a part, by the index at the end of the file: an hour before them costs nothing.
 
-
-def _indexed_start_ns(file: BinaryIO) -> int | None:
-    """When the first sample was taken, from the index at the end of a file that was ended; otherwise None."""
+    None, and the file at its beginning, when it was not ended.
+    """
+    reader = SeekingReader(file)
     try:
-        summary = SeekingReader(file).get_summary()
+        summary = reader.get_summary()
     except (McapError, struct.error, EOFError, ValueError, OSError):  # the last one: shorter than its end
         summary = None
-    file.seek(0)
-    return summary.statistics.message_start_time if summary is not None and summary.statistics is not None else None
-
-
-def _described(reader: McapReader) -> dict[str, str]:
-    """The metadata of the samples' channel; raises KeyError when the file has no such channel."""
-    summary = reader.get_summary()
     channels = summary.channels.values() if summary is not None else ()
-    found = next((channel.metadata for channel in channels if channel.topic == TOPIC), None)
-    if found is None:
-        raise KeyError(TOPIC)
-    return found
+    described = next((channel.metadata for channel in channels if channel.topic == TOPIC), None)
+    if summary is None or summary.statistics is None or described is None:
+        file.seek(0)
+        return None
+    first_ns = summary.statistics.message_start_time
+    from_ns = first_ns + int(1e9 * from_s)
+    return first_ns, described, reader.iter_messages(topics=[TOPIC], starting_at=from_ns, ending_before=from_ns + int(1e9 * seconds))
 
 
 def _signals(described: dict[str, str]) -> list[Signal]:
