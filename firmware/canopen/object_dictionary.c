@@ -311,10 +311,18 @@ od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t 
   return hooks->accept(object->part->owner, object, value);
 }
 
-bool od_is_stop(const od_object *object, const uint8_t *bytes) {
+bool od_find_stop(const od_object *object, const uint8_t *bytes, uint8_t stop[OD_NUMBER_BYTES]) {
   const od_hooks *hooks = object->part->hooks;
-  return hooks != NULL && hooks->stops != NULL &&
-         hooks->stops(object, number_from_bytes((od_type)object->entry->type, bytes));
+  if (hooks == NULL || hooks->stops == NULL) {
+    return false;
+  }
+  od_number value = number_from_bytes((od_type)object->entry->type, bytes);
+  const bool stops = hooks->stops(object->part->owner, object, &value);
+  /* Bound: OD_NUMBER_BYTES. */
+  for (uint32_t i = 0; i < OD_NUMBER_BYTES; i++) {
+    stop[i] = (uint8_t)((uint64_t)value.i >> (8u * i));
+  }
+  return stops;
 }
 
 bool od_must_wait(const od_object *object, const uint8_t *bytes) {

@@ -11,6 +11,7 @@
 #define QUANTILE_95 1.96f    /* of the normal distribution, two-sided */
 #define CURVATURE 1.4f       /* the interval is wider than that of linear least squares (Monte Carlo) */
 #define MOST_ALIKE 0.6f      /* correlation of residuals in a row: a weave of 2 Hz at 50 Hz has 0.97, wind 0.5 */
+#define LEAST_COUNTS 0.5f    /* of the residual, rms */
 #define LEAST_REST 0.05f     /* share of the residual's square that the delay must leave to be judged by it */
 #define MIN_INDEPENDENT 0.1f /* share of the filtered rate that must not be explained by alpha's error */
 
@@ -152,6 +153,7 @@ void delay_estimator_add(delay_estimator *self, const delay_sample *sample) {
     }
     return;
   }
+  self->count_rad = sample->count_rad;
   const filter_gains gains = gains_of(sample->interval_s, self->running_s);
   residuals found[DELAY_COMPONENTS];
   bool outlier = false;
@@ -176,7 +178,7 @@ void delay_estimator_add(delay_estimator *self, const delay_sample *sample) {
 }
 
 /* The sums of one component without what alpha's error explains: information on the delay, and what it says. */
-static void collect(const delay_sums *sums, float weight, float *information, float *said) {
+static void collect(const delay_sums *sums, float weight, float count_rad, float *information, float *said) {
   if (!(sums->aa > 0.0f)) {
     return;
   }
@@ -191,7 +193,8 @@ static void collect(const delay_sums *sums, float weight, float *information, fl
   const float alike = sums->ee_before - error_s * (sums->er_before - error_s * sums->rr_before);
   const float variance = (ee - er * error_s) / weight;
   const bool weaves = rest > LEAST_REST * sums->ee && alike > MOST_ALIKE * rest;
-  if (variance > 0.0f && !weaves) {
+  const bool rounded = sums->ee < LEAST_COUNTS * LEAST_COUNTS * count_rad * count_rad * weight;
+  if (variance > 0.0f && !weaves && !rounded) {
     *information += rr / variance;
     *said += er / variance;
   }
@@ -202,7 +205,7 @@ delay_error delay_estimator_result(const delay_estimator *self) {
   float said = 0.0f;
   if (self->weight >= (float)DELAY_FEWEST_FRAMES) {
     for (int i = 0; i < DELAY_COMPONENTS; ++i) {
-      collect(&self->component[i].sums, self->weight, &information, &said);
+      collect(&self->component[i].sums, self->weight, self->count_rad, &information, &said);
     }
   }
   if (!(information > 1.0f)) { /* an interval of more than +-2 s says nothing */

@@ -19,7 +19,8 @@
  * for each component, the error of alpha: its regressor is the derivative of the residual with respect to alpha.
  *
  * The noise is known from the residuals, so the result has its own 95 % interval. Residuals that resemble those of the
- * frame before are no noise: the target weaves, and a component says nothing then. Old frames are forgotten with
+ * frame before are no noise: the target weaves, and a component says nothing then. Nor does one whose residuals are
+ * less than half a count of the camera: rounding hides the motion, and goes with it. Old frames are forgotten with
  * DELAY_MEMORY_S. A residual of more than DELAY_OUTLIER_SIGMA is another target, or a manoeuvre: the predictors begin
  * anew and the sums stay. */
 #ifndef TRACKSERVO_CONTROL_DELAY_ESTIMATOR_H
@@ -43,6 +44,7 @@ typedef struct {
   image_vector rate_rad_s; /* of the line of sight at exposure */
   float interval_s;        /* between the exposures, up to DELAY_LONGEST_GAP_S */
   float assumed_s;         /* added to the stated age before `moved` and `rate_rad_s` were taken */
+  float count_rad;         /* to which `error` is rounded */
 } delay_sample;
 
 typedef struct {
@@ -84,6 +86,7 @@ typedef struct {
 typedef struct {
   delay_component component[DELAY_COMPONENTS];
   float running_s; /* since the predictors began; 0: no frame yet */
+  float count_rad; /* of the last frame */
   float weight;    /* of the frames in the sums */
   float weight_of_squares;
 } delay_estimator;

@@ -249,6 +249,7 @@ static uint16_t bit_if(bool condition, uint16_t bit) { return condition ? bit : 
 
 static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                               const drive_setpoint *setpoint, drive_action action, float dt_s) {
+  const bool wraps = !drive_travel_is_limited(&axis->motion.bounds.travel);
   const bool following_failed = monitor_following(axis, objects, setpoint, dt_s);
   step_homing(axis, objects, inputs, action, dt_s);
   const bool homing_failed = axis->motion.mode == DRIVE_HOMING && axis->homing.phase == HOMING_FAILED;
@@ -261,7 +262,8 @@ static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const dr
                     bit_if(inputs->warning, DRIVE_STATUS_WARNING) | bit_if(inputs->remote, DRIVE_STATUS_REMOTE) |
                     bit_if(reached, DRIVE_STATUS_TARGET_REACHED) | bit_if(limited, DRIVE_STATUS_INTERNAL_LIMIT) |
                     bit_if(bit_12, DRIVE_STATUS_MODE_12) |
-                    bit_if(following_failed || homing_failed, DRIVE_STATUS_MODE_13));
+                    bit_if(following_failed || homing_failed, DRIVE_STATUS_MODE_13) |
+                    bit_if(wraps && axis->position != drive_angle_wrap(axis->position), DRIVE_STATUS_WRAPPED));
 }
 
 const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects *objects,

@@ -63,7 +63,8 @@ enum {
   DRIVE_STATUS_INTERNAL_LIMIT = 0x0800,
   DRIVE_STATUS_MODE_12 =
       0x1000, /* pp: set-point acknowledged; pv: speed is 0; hm: attained; csp, csv, cst: target followed */
-  DRIVE_STATUS_MODE_13 = 0x2000 /* pp, csp: following error; hm: homing error */
+  DRIVE_STATUS_MODE_13 = 0x2000, /* pp, csp: following error; hm: homing error */
+  DRIVE_STATUS_WRAPPED = 0x4000  /* the angle is outside 607B, and 6064 differs from it by whole ranges */
 };
 
 typedef struct {

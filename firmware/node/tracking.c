@@ -65,7 +65,8 @@ static bool is_stated_delay(const od_object *object) {
 
 static void take_message(target_tracking *self) {
   const camera_message *message = &self->objects.message;
-  if (frozen_picture_shows(&self->picture, message)) {
+  const image_vector error = camera_input_error(&self->frames, &self->objects.params, message);
+  if (message->quality >= self->objects.params.min_quality && frozen_picture_shows(&self->picture, error)) {
     camera_input_refuse(&self->frames, CAMERA_FROZEN);
     return;
   }
@@ -74,7 +75,7 @@ static void take_message(target_tracking *self) {
     return;
   }
   self->exposure_age = find_age(self);
-  self->error = camera_input_error(&self->frames, &self->objects.params, message);
+  self->error = error;
   self->arrived = true;
 }
 
@@ -292,7 +293,8 @@ static bool is_seen(const target_tracking *self) {
 
 static void measure_delay(target_tracking *self, uint32_t tick) {
   camera_objects *objects = &self->objects;
-  camera_delay_step(&self->delay, &objects->delay, &self->line_of_sight.tracker, is_seen(self), SERVO_TICK_S);
+  camera_delay_step(&self->delay, &objects->delay, &self->line_of_sight.tracker, objects->params.scale_rad,
+                    is_seen(self), SERVO_TICK_S);
   if (!tracking_is_together(self)) {
     objects->dither_s = 0;
   } else if (objects->dither_s != 0 && tick % SERVO_TICKS_PER_S == 0) {

@@ -3,13 +3,12 @@
 
 void tracking_look_for_a_frozen_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
                                         uint32_t tick) {
-  if (self->frames.taken == self->objects.taken) {
+  const camera_objects *objects = &self->objects;
+  if (self->frames.taken == objects->taken || objects->message.quality < objects->params.min_quality) {
     return;
   }
-  const image_vector error = self->error;
   const joint_place joints = {.azimuth = (angle_turn32)azimuth->position, .pitch = (angle_turn32)pitch->position};
-  frozen_picture_take(&self->picture, &self->objects.message, scalar_max(scalar_abs(error.x), scalar_abs(error.y)),
-                      self->objects.params.scale_rad, joints, tick);
+  frozen_picture_take(&self->picture, self->error, objects->params.scale_rad, joints, tick);
 }
 
 /* What the line of sight has done: as one, or each joint for itself. */

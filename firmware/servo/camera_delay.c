@@ -36,7 +36,7 @@ void camera_delay_notice(camera_delay *self, const pointing_frame *frame) {
 
 static image_vector minus(image_vector a, image_vector b) { return (image_vector){.x = a.x - b.x, .y = a.y - b.y}; }
 
-static void gather(camera_delay *self, const pointing_tracker_state *tracker, float tick_s) {
+static void gather(camera_delay *self, const pointing_tracker_state *tracker, float count_rad, float tick_s) {
   const int stated = self->frame.age_ticks;
   const int age = clamp(stated + self->offset_ticks - NEWEST_TICKS, RATE_TICKS, LONGEST_TICKS);
   const image_vector moved_since = pointing_tracker_los_motion(tracker, age, tick_s);
@@ -50,7 +50,8 @@ static void gather(camera_delay *self, const pointing_tracker_state *tracker, fl
                                 .moved = {.x = moved.x + self->moved_since.x, .y = moved.y + self->moved_since.y},
                                 .rate_rad_s = {.x = around.x * per_s, .y = around.y * per_s},
                                 .interval_s = (float)self->ticks_since * tick_s,
-                                .assumed_s = (float)(age + NEWEST_TICKS - stated) * tick_s};
+                                .assumed_s = (float)(age + NEWEST_TICKS - stated) * tick_s,
+                                .count_rad = count_rad};
   if (self->ticks_since >= TARGET_TRACKER_HISTORY - 1) {
     delay_estimator_restart(&self->estimator);
     self->sample.interval_s = 0.0f; /* what it moved since then is not known */
@@ -86,7 +87,7 @@ static void pause(camera_delay *self) {
 }
 
 void camera_delay_step(camera_delay *self, const camera_delay_params *params, const pointing_tracker_state *tracker,
-                       bool tracks, float tick_s) {
+                       float count_rad, bool tracks, float tick_s) {
   if (params->use == CAMERA_DELAY_IGNORED) {
     camera_delay_reset(self);
     return;
@@ -105,7 +106,7 @@ void camera_delay_step(camera_delay *self, const camera_delay_params *params, co
   }
   switch (self->stage) {
     case CAMERA_DELAY_FRAME:
-      gather(self, tracker, tick_s);
+      gather(self, tracker, count_rad, tick_s);
       self->stage = CAMERA_DELAY_SAMPLE;
       break;
     case CAMERA_DELAY_SAMPLE:

@@ -60,9 +60,10 @@ int camera_delay_age(const camera_delay *self, const camera_delay_params *params
 /* Takes a frame of this tick, with the age that its sender states, aligned as for pointing_step. */
 void camera_delay_notice(camera_delay *self, const pointing_frame *frame);
 
-/* Continues the estimate. Call once per ms after the tick. `tracks`: both axes follow the estimate of `tracker`. */
+/* Continues the estimate. Call once per ms after the tick. `count_rad`: to which the frames' errors are rounded;
+ * `tracks`: both axes follow the estimate of `tracker`. */
 void camera_delay_step(camera_delay *self, const camera_delay_params *params, const pointing_tracker_state *tracker,
-                       bool tracks, float tick_s);
+                       float count_rad, bool tracks, float tick_s);
 
 /* Returns the rate to add to the elevation's in the next tick, rad/s. `by_user`: the user's dither runs. */
 float camera_delay_dither(camera_delay *self, const camera_delay_params *params, bool by_user, float tick_s);

@@ -81,13 +81,16 @@ static bool is_newer(camera_input *input, uint8_t counter, uint32_t tick) {
   const uint8_t ahead = (uint8_t)(counter - input->last_counter);
   const float ticks = (float)(tick - input->last_tick);
   input->last_tick = tick;
-  const bool newer = !input->heard || (ahead != 0 && ahead < HALF_COUNTERS && has_time(input, ahead, ticks));
+  const bool newer = !input->heard || (input->old < CAMERA_RESTART && ahead != 0 && ahead < HALF_COUNTERS &&
+                                       has_time(input, ahead, ticks));
   if (newer) {
     count_in_order(input);
     count_skipped(input, ahead, ticks);
   } else if (!has_restarted(input, counter)) {
+    input->old = (uint8_t)(input->old + (ahead != 0 && input->old < CAMERA_RESTART ? 1 : 0)); /* 0: sent again */
     return false;
   }
+  input->old = 0;
   input->restarts = 0;
   input->heard = true;
   input->last_counter = counter;
@@ -110,6 +113,13 @@ image_vector camera_input_error(camera_input *input, const camera_input_params *
   return camera_error(&alignment, measured);
 }
 
+/* At the end of int16_t it says where the target is, but not how far. */
+static bool is_beyond(const camera_message *message, image_vector error) {
+  const bool ends =
+      !scalar_within((float)message->x, INT16_MAX - 0.5f) || !scalar_within((float)message->y, INT16_MAX - 0.5f);
+  return ends || error.x * error.x + error.y * error.y >= SCALAR_PI * SCALAR_PI;
+}
+
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
                                  image_vector error, int32_t age, uint32_t tick) {
   if (message->quality > CAMERA_BEST_QUALITY) {
@@ -126,8 +136,8 @@ pointing_frame camera_input_take(camera_input *input, const camera_input_params 
     return drop(input, CAMERA_NOT_NEWER);
   }
   const bool found = message->quality >= params->min_quality;
-  if (found && error.x * error.x + error.y * error.y >= SCALAR_PI * SCALAR_PI) {
-    return drop(input, CAMERA_BEHIND);
+  if (found && is_beyond(message, error)) {
+    return drop(input, CAMERA_BEYOND);
   }
   input->taken++;
   return (pointing_frame){.fresh = true, .valid = found, .age_ticks = age_ticks, .error = error};

@@ -2,45 +2,46 @@
 
 #include "base/scalar.h"
 
-static sight_motion motion_of(joint_place from, joint_place to) {
-  return (sight_motion){.azimuth_rad = angle_difference_rad(to.azimuth, from.azimuth) * rotation_cosine(to.pitch),
-                        .pitch_rad = angle_difference_rad(to.pitch, from.pitch)};
+static bool is_at(const frozen_axis *self, float error_rad) {
+  return scalar_within(error_rad - self->place_rad, self->steady_rad);
 }
 
-static float difference_rad(sight_motion a, sight_motion b) {
-  return scalar_max(scalar_abs(a.azimuth_rad - b.azimuth_rad), scalar_abs(a.pitch_rad - b.pitch_rad));
-}
-
-static void begin_window(frozen_picture *self, joint_place joints, uint32_t tick) {
-  self->from = joints;
-  self->since_tick = tick;
-}
-
-static void judge_window(frozen_picture *self, float off_rad, float count_rad, joint_place joints) {
-  const sight_motion motion = motion_of(self->from, joints);
-  const float faster_rad = difference_rad(motion, self->before);
+static void judge_window(frozen_axis *self, float count_rad, float motion_rad) {
+  const float off_rad = scalar_abs(self->place_rad);
+  const float faster_rad = scalar_abs(motion_rad - self->before_rad);
   self->frozen =
       self->frozen || (self->has_before && off_rad > (float)FROZEN_MIN_COUNTS * count_rad &&
                        faster_rad > (float)FROZEN_COUNTS * count_rad && faster_rad > (float)FROZEN_RATIO * off_rad);
-  self->before = motion;
+  self->before_rad = motion_rad;
   self->has_before = true;
 }
 
-void frozen_picture_take(frozen_picture *self, const camera_message *message, float off_rad, float count_rad,
-                         joint_place joints, uint32_t tick) {
-  if (message->quality == CAMERA_NO_TARGET) {
-    return;
-  }
-  const bool stays = self->seen && frozen_picture_is_at(self, message);
+/* `share` of the joint's motion moves the line of sight along this axis. */
+static void take(frozen_axis *self, float error_rad, float count_rad, angle_turn32 joint, float share, uint32_t tick) {
   const uint32_t lasts = tick - self->since_tick;
-  if (!stays) {
-    *self = (frozen_picture){.seen = true, .x = message->x, .y = message->y};
+  if (!self->seen || !is_at(self, error_rad)) {
+    const float part_rad = scalar_abs(error_rad) / (float)FROZEN_STEADY_PART;
+    *self = (frozen_axis){.seen = true,
+                          .place_rad = error_rad,
+                          .steady_rad = scalar_max(part_rad, (float)FROZEN_JITTER_COUNTS * count_rad)};
   } else if (lasts > (uint32_t)FROZEN_LONGEST_WINDOW_TICKS) {
     self->has_before = false;
   } else if (lasts >= FROZEN_WINDOW_TICKS) {
-    judge_window(self, off_rad, count_rad, joints);
+    judge_window(self, count_rad, share * angle_difference_rad(joint, self->from));
   } else {
     return;
   }
-  begin_window(self, joints, tick);
+  self->from = joint;
+  self->since_tick = tick;
+}
+
+void frozen_picture_take(frozen_picture *self, image_vector error, float count_rad, joint_place joints, uint32_t tick) {
+  take(&self->azimuth, error.x, count_rad, joints.azimuth, rotation_cosine(joints.pitch), tick);
+  take(&self->pitch, error.y, count_rad, joints.pitch, 1.0f, tick);
+}
+
+static bool shows(const frozen_axis *self, float error_rad) { return self->frozen && is_at(self, error_rad); }
+
+bool frozen_picture_shows(const frozen_picture *self, image_vector error) {
+  return shows(&self->azimuth, error.x) || shows(&self->pitch, error.y);
 }

@@ -3,9 +3,10 @@
  * The tracking loop takes the mean of such errors. If they do not answer the axes' motion, as those of an image
  * processor that has lost its target, a mean of zero confirms whatever rate the loop has begun with: both axes drift.
  * So JUMPING_SCORE / 2 jumps in a row, each faster than JUMPING_RAD_S and against the one before, make the frames count
- * no more, until as many others have come. A jump adds 2 to the score, another frame takes 1 away: an imager that hops
- * between two targets a few times in a second keeps its score low, and noise reaches it from about JUMPING_RAD_S times
- * the time between two frames (rms) on. */
+ * no more, until as many others have come. A jump adds 2 to the score, another frame takes 1 away; not so the first
+ * frames after a jump, as many as it is times faster than JUMPING_RAD_S, JUMPING_FREE at most: errors that stay for a
+ * few frames and jump far contradict each other, too. An imager that hops between two targets a few times in a second
+ * keeps its score low, and noise reaches it from about JUMPING_RAD_S times the time between two frames (rms) on. */
 #ifndef TRACKSERVO_SERVO_JUMPING_PICTURE_H
 #define TRACKSERVO_SERVO_JUMPING_PICTURE_H
 
@@ -14,7 +15,7 @@
 
 #include "control/pointing_tracker.h"
 
-enum { JUMPING_SCORE = 12, JUMPING_HIGHEST_SCORE = 24 };
+enum { JUMPING_SCORE = 12, JUMPING_HIGHEST_SCORE = 24, JUMPING_FREE = 8 };
 
 #define JUMPING_RAD_S 0.5f /* per frame of 2 ms: 1 mrad; of 20 ms: 10 mrad */
 
@@ -22,6 +23,7 @@ typedef struct {
   bool seen;     /* a frame has come */
   uint8_t ticks; /* since the last frame, saturates */
   uint8_t score;
+  uint8_t free;       /* frames that take nothing away */
   bool jumps;         /* its frames do not count */
   int age_ticks;      /* of the last frame */
   image_vector error; /* likewise */

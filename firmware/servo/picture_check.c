@@ -76,15 +76,20 @@ static void hold(picture_check *self, image_vector moved_rad, bool follows) {
 
 static float length_rad(image_vector of) { return sqrtf(of.x * of.x + of.y * of.y); }
 
-/* With a picture whose target is off by `error_rad`. */
-static void look_for_an_answer(picture_check *self, float error_rad) {
+/* With a picture whose target is off by `error_rad`, `step_rad` after the one before. */
+static void look_for_an_answer(picture_check *self, float error_rad, float step_rad) {
   if (self->held_ticks == 0 || self->pictures.count <= 1) {
     self->held_ticks = 0;
     self->held_moved = (image_vector){0};
+    self->held_path_rad = 0.0f;
     self->held_error_rad = error_rad;
   }
+  self->held_path_rad += step_rad;
   self->no_nearer = error_rad >= self->held_error_rad;
-  if (self->verdict == PICTURE_NOT_JUDGED && self->no_nearer && length_rad(self->held_moved) >= PICTURE_FARTHEST_RAD) {
+  const float far_rad = length_rad(self->held_moved);
+  const bool runs_away = self->no_nearer && far_rad >= PICTURE_FARTHEST_RAD;
+  const bool winds = self->held_path_rad - far_rad >= PICTURE_FARTHEST_RAD;
+  if (self->verdict == PICTURE_NOT_JUDGED && (runs_away || winds)) {
     self->verdict = PICTURE_NO_ANSWER;
   }
 }
@@ -117,6 +122,6 @@ void picture_check_take(picture_check *self, image_vector error_rad, image_vecto
   self->moved = since_rad;
   self->ticks = (uint32_t)age_ticks;
   self->full_limit_rad_s = rate_limit_rad_s(self->pictures.count, interval_ticks);
-  look_for_an_answer(self, length_rad(error_rad));
+  look_for_an_answer(self, length_rad(error_rad), length_rad(sample.moved));
   self->unjudged_ticks = interval_ticks;
 }

@@ -10,7 +10,8 @@
  *     turned        by 45 to 60 degrees: goes on with a warning
  *     wrong         turned by more, or mirrored: nothing is followed until tracking is ended, or 3071 is written
  *     no answer     as wrong: the line of sight has moved by PICTURE_FARTHEST_RAD at the limit, not judged, and the
- *                   target has come no nearer
+ *                   target has come no nearer; or its way is so much longer than it has come, as of one that goes round
+ *                   in circles because the scale is far off
  *
  * A constant rate is a straight line, which shows nothing: a wrong picture at the limit looks like a target that runs
  * away. So as long as the limit holds and the target comes no nearer, it falls to PICTURE_SLOWER of itself for every
@@ -59,6 +60,7 @@ typedef struct {
   float full_limit_rad_s;  /* of which it is PICTURE_SLOWER at times */
   uint32_t held_ticks;     /* since the limit holds, or the first picture */
   image_vector held_moved; /* by the line of sight in this time */
+  float held_path_rad;     /* its way from picture to picture */
   float held_error_rad;    /* at its beginning */
   bool no_nearer;          /* the newest error is as large at least */
   uint32_t unjudged_ticks; /* up to a picture that the next tick judges: the tick of a frame has enough to do */

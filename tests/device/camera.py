@@ -34,7 +34,9 @@ class Camera:
         self.target = axis.get(0x6064) + 20000
         self.rate_deg_s = rate_deg_s
         self.hangs = self.frozen = False  # it sends its last frame again; its last picture with new counters
-        self.blinks = False  # every 20th frame shows no target
+        self.step = 0  # of the counter while it hangs
+        self.jitter = 0  # counts of a frozen place
+        self.quality_of_20th = 90
         self.counter, self.clock, self.error = 0, None, 0
         map_camera(self.master)
         self.master.write(0x3071, 5, BY_CLOCK, 1)
@@ -45,12 +47,12 @@ class Camera:
         passed_s = 0.0 if self.clock is None else 1e-5 * (clock - self.clock & 0xFFFF)
         self.clock = clock
         self.target += passed_s * tenth_micro_rad(self.rate_deg_s)
-        if not self.hangs:
-            self.counter = self.counter + 1 & 0xFF
+        self.counter = self.counter + (self.step if self.hangs else 1) & 0xFF
         if not self.hangs and not self.frozen:
             self.error = round(0.1 * wrapped(self.target - position))
-        quality = 0 if self.blinks and self.counter % 20 == 0 else 90
-        self.master.send(CAMERA_ID, *struct.pack("<hhHBB", self.error, 0, clock, quality, self.counter))
+        quality = self.quality_of_20th if self.counter % 20 == 0 else 90
+        jitter = self.jitter * (self.counter % 3 - 1)
+        self.master.send(CAMERA_ID, *struct.pack("<hhHBB", self.error + jitter, 0, clock, quality, self.counter))
 
     @property
     def state(self):

@@ -21,14 +21,15 @@ def camera(azimuth):
     return Camera(azimuth, RATE_DEG_S)
 
 
-def test_frames_that_repeat_their_counter_stop_the_axis_and_are_told(master, azimuth, camera, report):
-    """The image processor hangs: its last frame again and again, 0.3 mrad ahead, while the azimuth turns at 1 deg/s."""
+@pytest.mark.parametrize("step", [0, -1])
+def test_frames_that_repeat_their_counter_stop_the_axis_and_are_told(master, azimuth, camera, report, step):
+    """The image processor hangs: its last frame again and again, or backwards, 0.3 mrad ahead, while the azimuth turns at 1 deg/s."""
     camera.follow()
     master.pass_time(1000)
     assert azimuth.rate_deg_s == pytest.approx(RATE_DEG_S, abs=0.2)
     master.forget()
     before_deg = azimuth.angle_deg
-    camera.error, camera.hangs = 300, True
+    camera.error, camera.step, camera.hangs = 300, step, True
     master.wait_until(lambda: camera.state == COASTING, 1)
     master.wait_until(lambda: camera.state == LOST, 2)
     azimuth.wait_for_standstill()
@@ -45,14 +46,17 @@ def test_frames_that_repeat_their_counter_stop_the_axis_and_are_told(master, azi
     assert master.wait_for(EMERGENCY, 2)[1][:2] == b"\0\0"
 
 
-@pytest.mark.parametrize("blinks", [False, True])
-def test_a_picture_with_new_counters_that_stays_the_same_stops_the_axis_and_is_told(master, azimuth, camera, report, blinks):
-    """The detector hangs: a place 5 mrad off in frame after frame, or in 19 of 20, whatever the azimuth does."""
+@pytest.mark.parametrize(("quality_of_20th", "jitter"), [(90, 0), (0, 0), (10, 0), (90, 5)], ids=["same", "blinks", "dim", "jitters"])
+def test_a_picture_with_new_counters_that_stays_the_same_stops_the_axis_and_is_told(
+    master, azimuth, camera, report, quality_of_20th, jitter
+):
+    """The detector hangs, or takes dust for the target: a place 5 mrad off, whatever the azimuth does."""
+    master.write(0x3071, 6, 30, 1)
     camera.follow()
     master.pass_time(1000)
     master.forget()
     before_deg = azimuth.angle_deg
-    camera.error, camera.frozen, camera.blinks = 5000, True, blinks
+    camera.error, camera.frozen, camera.jitter, camera.quality_of_20th = 5000, True, jitter, quality_of_20th
     master.wait_until(lambda: camera.state == LOST, 3)
     azimuth.wait_for_standstill()
     stopped_deg = azimuth.angle_deg
@@ -61,7 +65,7 @@ def test_a_picture_with_new_counters_that_stays_the_same_stops_the_axis_and_is_t
     told = master.wait_for(EMERGENCY)[0]
     assert told[:2] == b"\x00\x70" and told[3] == FROZEN
     assert master.number(0x3072, 4) == FROZEN
-    camera.target, camera.frozen, camera.blinks = azimuth.get(0x6064) + 20000, False, False
+    camera.target, camera.frozen, camera.jitter, camera.quality_of_20th = azimuth.get(0x6064) + 20000, False, 0, 90
     master.wait_until(lambda: camera.state == ON_TARGET, 8)
 
 

@@ -89,6 +89,21 @@ def test_605a_a_stop_is_not_undone_by_a_word_of_the_same_tick(azimuth, master, o
     assert azimuth.state == ENDS[option]
 
 
+@pytest.mark.parametrize("synchronous", [False, True])
+def test_a_weaker_stop_of_the_same_tick_does_not_undo_a_stop(azimuth, master, synchronous):
+    """A halt after a quick stop, in a frame that is too short, or replaced before the SYNC; then 0F."""
+    if synchronous:
+        master.write(0x1400, 2, 1, 1)
+    azimuth.turn(5.0)
+    for word, mode in ((0x02, [PV]), (ENABLE | HALT, [PV] if synchronous else []), (ENABLE, [PV])):
+        master.send(0x200 + NODE_ID, *word.to_bytes(2, "little"), *mode)
+    if synchronous:
+        master.send(0x80)
+    azimuth.wait_for_state("SWITCH ON DISABLED")
+    azimuth.wait_for_standstill()
+    assert azimuth.state == "SWITCH ON DISABLED"
+
+
 def test_an_nmt_stop_is_not_undone_by_a_start_of_the_same_tick(azimuth, master):
     azimuth.turn(5.0)
     for command in (NMT_STOP, NMT_START):

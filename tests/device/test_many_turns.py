@@ -9,6 +9,7 @@ from device import FAST, REAL_TIME
 from slip_ring import DEG_S, RANGE_TURNS, TURN, be_seen_31_turns_away, endless_axis, remove_the_travel, wrapped
 
 RELATIVE = 0x40
+WRAPPED = 0x4000
 AS_FAST_AS_IT_CAN = 100
 TPDO7 = 6
 
@@ -89,10 +90,12 @@ def test_moves_across_the_wrap_are_as_ordered(endless, side):
     assert endless.get(0x6064) / TURN == pytest.approx(side * 31, abs=0.01)
     encoder = Encoder(endless)
     turn_until(endless, encoder, side, 31.87)  # it stops at 31.96
+    assert not endless.get(0x6041) & WRAPPED
     select(endless, PP)
     for degrees in (40, -40, 40):
         move_by(endless, encoder, side * degrees)
     assert endless.get(0x6064) / TURN == pytest.approx(encoder.turns - side * RANGE_TURNS, abs=1e-4)  # beyond the wrap
+    assert endless.get(0x6041) & WRAPPED
     select(endless, CSP)
     for degrees in (-40, 40):
         stream_by(endless, encoder, side * degrees)

@@ -27,8 +27,9 @@ typedef struct {
   double follow_per_s; /* how fast it follows the noisy frames */
   double error_s;      /* of the stated age */
   int seconds;
-  int gap_at;  /* frame after which 10 are missing; 0: none */
-  int jump_at; /* frame at which the target jumps by 1 mrad; 0: never */
+  int gap_at;       /* frame after which 10 are missing; 0: none */
+  int jump_at;      /* frame at which the target jumps by 1 mrad; 0: never */
+  double count_rad; /* to which errors are rounded; 0: not */
   uint64_t seed;
 } flight;
 
@@ -74,7 +75,8 @@ static void deliver(const component *of, const flight *with, int ms, int *last_m
   const delay_sample sample = {.error = vectors[0],
                                .moved = vectors[1],
                                .rate_rad_s = vectors[2],
-                               .interval_s = first ? 0.02f : 1e-3f * (float)(believed_ms - *last_ms)};
+                               .interval_s = first ? 0.02f : 1e-3f * (float)(believed_ms - *last_ms),
+                               .count_rad = (float)with->count_rad};
   delay_estimator_add(&estimator, &sample);
   if (added_count < MAX_SAMPLES) {
     added[added_count++] = sample;
@@ -97,6 +99,9 @@ static void fly(const flight *with) {
       for (int i = 0; i < 2; ++i) {
         const double noise_rad = NOISE_RAD * random_normal(&random);
         seen_rad[i][frame % 4] = target_rad(1e-3 * ms, i) + jump_rad - los_at(&of[i], ms) + noise_rad;
+        if (with->count_rad > 0.0) {
+          seen_rad[i][frame % 4] = with->count_rad * round(seen_rad[i][frame % 4] / with->count_rad);
+        }
         of[i].exposed_rad = seen_rad[i][(frame + 2) % 4];
         of[i].arrived_rad = of[i].exposed_rad - jump_rad;
       }
@@ -218,6 +223,25 @@ static void test_a_line_of_sight_at_rest_gives_no_result(void) {
   fly(&with);
   const delay_error found = delay_estimator_result(&estimator);
   TEST_ASSERT_FALSE(found.known && found.half_width_s < 0.1f);
+}
+
+/* Within a count of 100 urad the target seems to stand in the picture, whatever the line of sight does. */
+static void test_a_camera_that_rounds_the_motion_away_says_nothing(void) {
+  static const struct {
+    double count_rad;
+    bool known;
+  } rows[] = {{1e-6, true}, {3e-6, true}, {3e-5, false}, {1e-4, false}};
+  for (unsigned row = 0; row < 4; ++row) {
+    for (uint64_t seed = 1; seed <= 5; ++seed) {
+      delay_estimator_reset(&estimator);
+      flight with = kShaken;
+      with.count_rad = rows[row].count_rad;
+      with.seed = seed;
+      fly(&with);
+      const delay_error found = delay_estimator_result(&estimator);
+      TEST_ASSERT_EQUAL(rows[row].known, found.known);
+    }
+  }
 }
 
 /* --- against a second computation in double ----------------------------------------------------------------------- */
@@ -439,6 +463,7 @@ static void test_the_rate_of_a_target_that_accelerates_is_that_of_the_last_frame
 
 int main(void) {
   UNITY_BEGIN();
+  RUN_TEST(test_a_camera_that_rounds_the_motion_away_says_nothing);
   RUN_TEST(test_nothing_is_known_without_frames);
   RUN_TEST(test_finds_the_error_of_the_stated_age);
   RUN_TEST(test_the_interval_holds_in_95_percent_of_flights_in_a_closed_loop);

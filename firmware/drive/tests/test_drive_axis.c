@@ -392,9 +392,11 @@ static void test_a_thousand_turns_wrap_by_whole_turns_in_both_directions(void) {
     b.o.velocity.target = side * 20000000;
     while (fabs(b.angle_rad) < 1000 * turn_rad) {
       const double counts = wrapped_counts(b.angle_rad); /* at the tick's begin */
+      const bool wrapped = fabs(b.angle_rad) > 32 * turn_rad;
       tick(&b);
       if (fabs(counts) < DRIVE_RANGE_END - 2) {
         CHECK_NEAR("6064", counts, b.o.position.actual, 1.0);
+        TEST_ASSERT_EQUAL(wrapped, (b.o.state.statusword & DRIVE_STATUS_WRAPPED) != 0);
       }
     }
     b.o.velocity.target = 0;
@@ -452,6 +454,7 @@ static void test_a_travel_that_becomes_limited_refers_to_the_position_shown(void
   CHECK_NEAR("moved, rad", 0.0, b.angle_rad - from_rad, 1e-9);
   TEST_ASSERT_EQUAL_INT32(0, b.o.position.range_minimum);
   TEST_ASSERT_EQUAL_INT32(0, b.o.position.range_maximum);
+  TEST_ASSERT_EQUAL_HEX16(0, b.o.state.statusword & DRIVE_STATUS_WRAPPED);
   fast(&b);
   new_setpoint(&b, 2090000000, 0);
   (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 20000);

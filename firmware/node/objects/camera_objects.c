@@ -48,7 +48,7 @@ static const od_entry kEntries[] = {
         "Where the exposure's time comes from: 0: 3070:3 is its age when the frame arrives; 1: 3070:3 is 3072:8 at the "
         "exposure; 2, 3: the strobe (3074), and 3070:3 as with 0, 1 for a frame without one"),
     SETS(OD_U8, 6, params.min_quality, 1, 100, 1, "%", "Camera minimum quality",
-         "A target of less counts as not found, and one with an error above 3.14"),
+         "A target of less counts as not found"),
     SETS(OD_U8, 7, params.mirrored, 0, 1, 0, "", "Camera mirrored", "1: 3070:1 counts against the sensor's rows"),
     SETS(OD_U16, 8, stated_delay, 0, LONGEST_AGE, 0, "1e-5 s", "Camera stated delay",
          "Added to the age that 3070:3 gives, not to that of the strobe; writing it forgets 3073:5"),
@@ -60,7 +60,7 @@ static const od_entry kEntries[] = {
         OD_U8, 4, last_drop, 9, "", "Camera last drop",
         "Why: 0: none dropped; 1: not newer than the last one; 2: older than 127 ms; 3: exposed later than now; "
         "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways; 6: a frozen picture; "
-        "7: 3072:9 is 3, 4 or 5; 8: an error above 3.14, a target 72 degrees off; "
+        "7: 3072:9 is 3, 4 or 5; 8: an error of 32767 counts, or above 3.14, a target 72 degrees off; "
         "9: errors that jump to and fro from frame to frame"),
     REPORTS(
         OD_U8, 5, azimuth_tracking, 6, "", "Azimuth tracking state",

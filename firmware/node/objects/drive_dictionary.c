@@ -26,7 +26,7 @@ static const od_entry kEntries[] = {
     REPORTS(OD_U16, 0x603F, state.error_code, 0, 0xFFFF, "", "Error code", "CiA 402 code of the last fault; 0: none"),
     TAKES(OD_U16, 0x6040, state.controlword, 0, 0xFFFF, 0, "", "Controlword", "Commands of the power state machine"),
     OD_U16(0x6041, 0, OD_RO, OD_TPDO | OD_EVENT, drive_objects, state.statusword, 0, 0xFFFF, 0, "", "Statusword",
-           "State of the power state machine"),
+           "State of the power state machine; bit 14: the angle is outside 607B, 6064 has wrapped"),
     SETS(OD_I16, 0x605A, 0, state.option.quick_stop, 0, 6, 2, "", "Quick stop option code",
          "0: switch off; 1: ramp 6084, then off; 2: ramp 6085, then off; 5: ramp 6084, then hold; 6: ramp 6085, then "
          "hold"),

@@ -197,6 +197,46 @@ static void end_in_fault_with(uint16_t word) {
   TEST_ASSERT_EQUAL_HEX32(STATE_IN_FAULT, state_of(0));
 }
 
+/* A stop, then a weaker one that is obeyed although its frame is too short, or replaced before the SYNC; then 0F. */
+static void test_a_weaker_stop_of_the_same_tick_does_not_undo_a_stop(void) {
+  static const uint16_t first[] = {0x02, 0x00};
+  static const uint16_t second[] = {0x010F, 0x07, 0x06};
+  for (uint32_t row = 0; row < 12; ++row) {
+    const bool synchronous = row >= 6;
+    const uint16_t stop = first[row % 2];
+    const uint16_t weaker = second[row / 2 % 3];
+    turn_with_quick_stop_option(2);
+    if (synchronous) {
+      SET(0x1400, 2, 1);
+    }
+    burst(stop, NONE, NONE);
+    give(RPDO1, synchronous ? 3 : 2, (const uint8_t[]){(uint8_t)weaker, (uint8_t)(weaker >> 8), PV});
+    burst(0x0F, NONE, NONE);
+    if (synchronous) {
+      give(SYNC, 0, (const uint8_t[]){0});
+    }
+    wait_ms(STOPPED_MS);
+    char text[48];
+    (void)snprintf(text, sizeof text, "%04X, %04X, %s", stop, weaker, synchronous ? "replaced" : "too short");
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(STATE_OFF, state_of(0), text);
+  }
+}
+
+/* 60 frames in a tick: most are dropped. */
+static void test_a_weaker_stop_in_a_dropped_frame_does_not_undo_a_stop(void) {
+  for (uint32_t place = 0; place < 58; place += 3) {
+    turn_with_quick_stop_option(2);
+    for (uint32_t i = 0; i < 60; ++i) {
+      const uint16_t word = i == place ? 0x02 : i == place + 1 ? 0x010F : i % 2 == 0 ? 0x0F : 0x1F;
+      burst(word, NONE, NONE);
+    }
+    wait_ms(STOPPED_MS);
+    char text[24];
+    (void)snprintf(text, sizeof text, "place %u", (unsigned)place);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(STATE_OFF, state_of(0), text);
+  }
+}
+
 /* Rows: the controlword before, those of one burst, and the state in which the axis ends. */
 static void test_an_edge_of_bit_7_within_one_tick_resets_the_fault(void) {
   static const struct {
@@ -287,6 +327,8 @@ int main(void) {
   RUN_TEST(test_a_controlword_by_sdo_does_not_overtake_one_by_pdo);
   RUN_TEST(test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms);
   RUN_TEST(test_a_dropped_command_and_a_lost_frame_in_one_tick_are_an_overrun);
+  RUN_TEST(test_a_weaker_stop_of_the_same_tick_does_not_undo_a_stop);
+  RUN_TEST(test_a_weaker_stop_in_a_dropped_frame_does_not_undo_a_stop);
   RUN_TEST(test_an_edge_of_bit_7_within_one_tick_resets_the_fault);
   RUN_TEST(test_nmt_commands_and_controlwords_of_one_tick_count_in_their_order);
   RUN_TEST(test_a_stop_that_waits_for_sync_survives_a_change_of_the_nmt_state);

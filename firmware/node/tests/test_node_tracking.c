@@ -487,12 +487,13 @@ static void test_a_counter_that_stands_is_told(void) {
   TEST_ASSERT_EQUAL_HEX8(1, newest_error() >> 16 & 0xFF);
 }
 
-/* Errors of an image processor that has lost its target: +A and -A in turn, 500 frames in a second, whatever the axes
- * do. `late_every`: of so many frames one comes 2 ms late, in the same tick as the next one, which counts alone. */
-static void alternate_for(unsigned duration_ms, double amplitude_rad, unsigned late_every) {
+/* Errors of an image processor that has lost its target: +A and -A in turn, each `stays` frames, 500 in a second,
+ * whatever the axes do. `late_every`: of so many frames one comes 2 ms late, in the same tick as the next one, which
+ * counts alone. */
+static void alternate_for(unsigned duration_ms, double amplitude_rad, unsigned stays, unsigned late_every) {
   for (unsigned i = 0; i < duration_ms; ++i) {
     const unsigned frame = world.ms / 2;
-    const double sign_rad = frame % 2 == 0 ? amplitude_rad : -amplitude_rad;
+    const double sign_rad = frame / stays % 2 == 0 ? amplitude_rad : -amplitude_rad;
     if (world.ms % 2 == 0 && late_every != 0 && frame % late_every == 1) {
       send_frame(-sign_rad, -sign_rad, 0.0, true);
     }
@@ -504,20 +505,27 @@ static void alternate_for(unsigned duration_ms, double amplitude_rad, unsigned l
   }
 }
 
-/* Rows: which axes track, how far the errors jump, and how often two frames share a tick. */
+/* Rows: which axes track, how far the errors jump, how long they stay, and how often two frames share a tick. */
 static void test_errors_that_jump_to_and_fro_do_not_turn_the_axes(void) {
-  static const double amplitudes_rad[] = {1e-3, 5e-3, 20e-3};
-  static const unsigned late[] = {0, 3, 7, 50};
-  for (unsigned row = 0; row < 24; ++row) {
-    const double amplitude_rad = amplitudes_rad[row % 3];
+  static const struct {
+    double amplitude_rad;
+    unsigned stays, late;
+  } rows[] = {{1e-3, 1, 0}, {5e-3, 1, 0}, {20e-3, 1, 0}, {1e-3, 1, 3},  {5e-3, 1, 3},  {20e-3, 1, 3},
+              {1e-3, 1, 7}, {5e-3, 1, 7}, {20e-3, 1, 7}, {1e-3, 1, 50}, {5e-3, 1, 50}, {20e-3, 1, 50},
+              {5e-3, 2, 0}, {5e-3, 3, 0}, {20e-3, 3, 0}, {20e-3, 5, 0}};
+  enum { ROWS = sizeof rows / sizeof rows[0] };
+  for (unsigned row = 0; row < 2 * ROWS; ++row) {
+    const double amplitude_rad = rows[row % ROWS].amplitude_rad;
+    const unsigned stays = rows[row % ROWS].stays;
+    const unsigned late = rows[row % ROWS].late;
     setUp();
     enable(PITCH, TRACKING);
-    if (row >= 12) {
+    if (row >= ROWS) {
       enable(0, TRACKING);
     }
-    alternate_for(1000, amplitude_rad, late[row / 3 % 4]);
+    alternate_for(1000, amplitude_rad, stays, late);
     const double from_rad[] = {joint_rad(0), joint_rad(1)};
-    alternate_for(5000, amplitude_rad, late[row / 3 % 4]);
+    alternate_for(5000, amplitude_rad, stays, late);
     const double turned_rad = fmax(fabs(joint_rad(0) - from_rad[0]), fabs(joint_rad(1) - from_rad[1]));
     LOG_VALUE("drift, rad/s", turned_rad / 5.0);
     CHECK_AT_MOST("drift, rad/s", 1e-4, turned_rad / 5.0);
@@ -533,7 +541,7 @@ static void test_errors_that_jump_to_and_fro_do_not_turn_the_axes(void) {
 static void test_frames_count_again_when_they_agree(void) {
   enable(0, TRACKING);
   enable(PITCH, TRACKING);
-  alternate_for(2000, 5e-3, 0);
+  alternate_for(2000, 5e-3, 1, 0);
   world.azimuth_rad = joint_rad(0) + 3e-3;
   world.pitch_rad = joint_rad(1);
   follow_for(6000);
@@ -897,8 +905,8 @@ static void test_settings_of_the_camera_are_kept_in_range_and_stored(void) {
   CHECK_NEAR("rad", 1e-6, get_float(CAMERA, 1), 1e-12);
 }
 
-/* A slip ring: no end stop, no 607D; the position wraps at 32 turns (607B). In pv at 1 rad/s to 0.1 turns before it. */
-static void turn_to_the_wrap(int side) {
+/* A slip ring: no end stop, no 607D; the position wraps at 32 turns (607B). */
+static void remove_the_travel(void) {
   SET(0x3040, 1, 0x6E65706F); /* "open" */
   SET(0x607D, 1, 0);
   SET(0x607D, 2, 0);
@@ -906,6 +914,11 @@ static void turn_to_the_wrap(int side) {
   SET_FLOAT(0x2060, 10, 0.0f);
   SET_FLOAT(0x2060, 21, 1.0f);
   TEST_ASSERT_EQUAL_INT32(2010619298, (int32_t)get(0x607B, 2));
+}
+
+/* In pv at 1 rad/s to 0.1 turns before it. */
+static void turn_to_the_wrap(int side) {
+  remove_the_travel();
   enable(0, PV);
   SET(0x607F, 0, 1000000);
   SET(0x60FF, 0, (uint32_t)(side * 1000000));
@@ -965,6 +978,27 @@ static void test_a_target_is_followed_across_the_wrap_of_the_position(void) {
   }
 }
 
+static void test_a_target_is_followed_after_many_turns(void) {
+  static const int starts[] = {33, -33, 34, -34, 68, -68, 1000, -1000};
+  for (unsigned i = 0; i < sizeof starts / sizeof starts[0]; ++i) {
+    setUp();
+    remove_the_travel();
+    machine.axis[0].turns += starts[i];
+    drive_axis_shift(&node.axis[0].drive, starts[i]);
+    world.azimuth_rad = joint_rad(0) + 1e-3;
+    enable(0, TRACKING);
+    world.rate_rad_s = 0.08;
+    follow_for(4000);
+    const double before_turns = machine.axis[0].turns;
+    follow_for(1);
+    CHECK_NEAR("azimuth, rad", world.azimuth_rad, joint_rad(0), 5e-5);
+    CHECK_NEAR("6064, counts off", 0.0, counts_off(before_turns), 2.0);
+    TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+    TEST_ASSERT_EQUAL_HEX32(1u << 14, get(0x6041, 0) & 1u << 14);
+    TEST_ASSERT_EQUAL_HEX8(0, get(0x1001, 0));
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_mode_is_listed_and_frames_move_nothing_in_another_mode);
@@ -996,6 +1030,7 @@ int main(void) {
   RUN_TEST(test_after_a_turn_back_that_meets_nothing_the_axes_stand);
   RUN_TEST(test_a_turn_back_ends_when_it_is_no_longer_allowed);
   RUN_TEST(test_a_target_is_followed_across_the_wrap_of_the_position);
+  RUN_TEST(test_a_target_is_followed_after_many_turns);
   RUN_TEST(test_leaving_the_mode_stops_along_the_ramp);
   RUN_TEST(test_bad_frames_are_counted_and_do_nothing);
   RUN_TEST(test_the_pitch_follows_alone);

@@ -66,7 +66,7 @@ static void run_for(int ms, bool tracks) {
     camera_delay_notice(&delay, &frame);
     frame.age_ticks = camera_delay_age(&delay, &params, frame.age_ticks);
     (void)pointing_tracker_step(&tracker, &kTracker, &frame, &los, (rotation){.sine = 0.0f, .cosine = 1.0f}, kTick_s);
-    camera_delay_step(&delay, &params, &tracker, tracks, kTick_s);
+    camera_delay_step(&delay, &params, &tracker, 1e-6f, tracks, kTick_s);
     shake(0);
     shake(1);
     world.ms++;

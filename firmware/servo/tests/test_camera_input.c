@@ -27,11 +27,11 @@ static pointing_frame give_counter(uint8_t counter) {
 }
 
 static void test_a_frame_has_age_and_errors_in_rad(void) {
-  const pointing_frame frame = give((camera_message){.x = -3000, .y = 32767, .time = 3049, .quality = 1, .counter = 7});
+  const pointing_frame frame = give((camera_message){.x = -3000, .y = 32766, .time = 3049, .quality = 1, .counter = 7});
   TEST_ASSERT_TRUE(frame.fresh && frame.valid);
   TEST_ASSERT_EQUAL(30, frame.age_ticks);
   CHECK_NEAR("x, rad", -3e-3, frame.error.x, 1e-9);
-  CHECK_NEAR("y, rad", 32.767e-3, frame.error.y, 1e-8);
+  CHECK_NEAR("y, rad", 32.766e-3, frame.error.y, 1e-8);
   TEST_ASSERT_EQUAL(1, input.taken);
 }
 
@@ -71,12 +71,53 @@ static void test_a_target_beyond_half_a_turn_does_not_count(void) {
   params.scale_rad = 1e-3f;
   TEST_ASSERT_TRUE(give((camera_message){.x = 3141, .time = 3000, .quality = 100, .counter = 1}).valid);
   TEST_ASSERT_FALSE(give((camera_message){.x = -3142, .time = 3000, .quality = 100, .counter = 2}).fresh);
-  TEST_ASSERT_EQUAL(CAMERA_BEHIND, input.last_drop);
+  TEST_ASSERT_EQUAL(CAMERA_BEYOND, input.last_drop);
   TEST_ASSERT_FALSE(give((camera_message){.y = 3142, .time = 3000, .quality = 100, .counter = 3}).fresh);
   TEST_ASSERT_FALSE(give((camera_message){.x = 2300, .y = 2300, .time = 3000, .quality = 100, .counter = 4}).fresh);
   TEST_ASSERT_EQUAL(3, input.dropped);
   TEST_ASSERT_TRUE(give((camera_message){.x = -3142, .time = 3000, .quality = 0, .counter = 5}).fresh); /* not found */
   TEST_ASSERT_EQUAL(2, input.taken);
+}
+
+/* A camera whose numbers end there sees its target somewhere beyond. */
+static void test_an_error_at_the_end_of_its_numbers_does_not_count(void) {
+  static const struct {
+    int16_t x, y;
+    bool counts;
+  } cases[] = {{32766, -32766, true}, {32767, 0, false}, {-32767, 0, false}, {0, 32767, false}, {0, INT16_MIN, false}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    const camera_message message = {.x = cases[i].x, .y = cases[i].y, .quality = 9, .counter = (uint8_t)(i + 1)};
+    TEST_ASSERT_EQUAL(cases[i].counts, give(message).fresh);
+  }
+  TEST_ASSERT_EQUAL(CAMERA_BEYOND, input.last_drop);
+}
+
+/* An imager hangs: counters that step back for ever. Its rate is that of 20 ms, then of 4 ms. */
+static void test_a_counter_that_runs_backwards_never_counts(void) {
+  static const uint8_t steps[] = {1, 2, 7, 8, 9, 100};
+  for (unsigned i = 0; i < 2 * sizeof steps; ++i) {
+    camera_input_reset(&input);
+    for (uint8_t counter = 0; counter < 50; ++counter) {
+      TEST_ASSERT_TRUE(give_counter(counter).fresh);
+    }
+    uint8_t counter = 49;
+    for (unsigned n = 0; n < 5000; ++n) {
+      counter = (uint8_t)(counter - steps[i / 2]);
+      tick -= i % 2 == 0 ? 0 : 16;
+      const bool counts = give_counter(counter).fresh;
+      TEST_ASSERT_FALSE_MESSAGE(counts && n >= CAMERA_RESTART, "backwards");
+    }
+  }
+}
+
+/* By the event timer of its PDO. */
+static void test_a_frame_may_be_sent_many_times(void) {
+  for (unsigned counter = 0; counter < 100; ++counter) {
+    TEST_ASSERT_TRUE(give_counter((uint8_t)counter).fresh);
+    for (unsigned again = 0; again < 10; ++again) {
+      TEST_ASSERT_FALSE(give_counter((uint8_t)counter).fresh);
+    }
+  }
 }
 
 static void test_a_frame_older_than_the_history_does_not_count(void) {
@@ -252,6 +293,9 @@ int main(void) {
   RUN_TEST(test_a_mirrored_picture_is_turned_over);
   RUN_TEST(test_an_exposure_that_is_later_or_not_known_does_not_count);
   RUN_TEST(test_a_target_beyond_half_a_turn_does_not_count);
+  RUN_TEST(test_an_error_at_the_end_of_its_numbers_does_not_count);
+  RUN_TEST(test_a_counter_that_runs_backwards_never_counts);
+  RUN_TEST(test_a_frame_may_be_sent_many_times);
   RUN_TEST(test_a_frame_older_than_the_history_does_not_count);
   RUN_TEST(test_quality_decides_whether_there_is_a_target);
   RUN_TEST(test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted);

@@ -44,13 +44,25 @@ static void test_jumps_to_and_fro_are_found_after_7_frames(void) {
   TEST_ASSERT_EQUAL(100, frames_until_it_jumps(0.4e-3f, 2));
 }
 
+/* 20 mrad to and fro, for so many frames each; the first jump of six is that from the zeros before. */
+static void test_errors_that_stay_for_some_frames_and_jump_far_are_found(void) {
+  for (int stay = 1; stay <= 12; ++stay) {
+    setUp();
+    bool jumps = false;
+    for (int i = 0; i < 200; ++i) {
+      jumps = show(i / stay % 2 == 0 ? 20e-3f : -20e-3f, 0.0f, 2, 20);
+    }
+    TEST_ASSERT_EQUAL(stay <= 10, jumps);
+  }
+}
+
 static void test_as_many_good_frames_count_again(void) {
   (void)frames_until_it_jumps(5e-3f, 2);
   int frames = 0;
   while (show(0.0f, 0.0f, 2, 20)) {
     frames++;
   }
-  TEST_ASSERT_EQUAL(14, frames); /* the first of them was a jump */
+  TEST_ASSERT_EQUAL(17, frames); /* the first of them was a jump of 5 mrad, after which 3 take nothing away */
   TEST_ASSERT_FALSE(show(0.0f, 0.0f, 2, 20));
 }
 
@@ -92,6 +104,7 @@ static void test_noise_counts_by_its_rate(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_jumps_to_and_fro_are_found_after_7_frames);
+  RUN_TEST(test_errors_that_stay_for_some_frames_and_jump_far_are_found);
   RUN_TEST(test_as_many_good_frames_count_again);
   RUN_TEST(test_a_frame_without_a_target_says_nothing);
   RUN_TEST(test_an_imager_that_hops_between_two_targets_is_none);

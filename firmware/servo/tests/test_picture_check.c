@@ -182,6 +182,24 @@ static void test_a_picture_that_does_not_answer_stops_the_axes(void) {
   TEST_ASSERT_EQUAL_INT(-1, hold_at(0.1, -0.001));
 }
 
+/* Round in circles of 0.05 rad at 0.04 rad/s, with a target that is nearer than at first: 0.15 rad more way than
+ * distance, which is 0.1 rad at most. */
+static void test_a_picture_after_which_the_axes_go_round_in_circles_stops_them(void) {
+  int stopped_ms = 0;
+  for (int ms = 0; ms < 10000 && stopped_ms == 0; ++ms) {
+    const double angle_rad = 0.8e-3 * ms;
+    const image_vector moved = {.x = (float)(0.04e-3 * cos(angle_rad)), .y = (float)(0.04e-3 * sin(angle_rad))};
+    picture_check_tick(&check, moved, false);
+    if (ms % 20 == 0) {
+      const float off_rad = ms == 0 ? 0.05f : 0.01f;
+      picture_check_take(&check, (image_vector){.x = off_rad}, (image_vector){0}, 0);
+    }
+    stopped_ms = check.verdict != PICTURE_NOT_JUDGED ? ms : 0;
+  }
+  TEST_ASSERT_EQUAL_INT(PICTURE_NO_ANSWER, check.verdict);
+  TEST_ASSERT_TRUE(stopped_ms > 3750 && stopped_ms < 6500);
+}
+
 /* Held at the limit, in ms after the first picture; the limit begins anew when the target has been followed. */
 static void test_the_limit_varies_while_it_holds(void) {
   for (int round = 0; round < 2; ++round) {
@@ -224,6 +242,7 @@ int main(void) {
   RUN_TEST(test_a_verdict_of_wrong_stays_until_it_is_reset);
   RUN_TEST(test_a_complete_verdict_stays);
   RUN_TEST(test_a_picture_that_does_not_answer_stops_the_axes);
+  RUN_TEST(test_a_picture_after_which_the_axes_go_round_in_circles_stops_them);
   RUN_TEST(test_the_limit_varies_while_it_holds);
   RUN_TEST(test_a_target_that_is_followed_proves_its_picture);
   return UNITY_END();

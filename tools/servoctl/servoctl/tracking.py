@@ -12,7 +12,7 @@ from .errors import InputError, MotionError
 from .live import LiveAxis
 from .parameter import AXIS_SHIFT
 from .pdo_loan import PdoLoan
-from .units import degrees
+from .units import degrees, is_plain
 
 SUPPORTED_BIT = 16
 """Of 6502: mode -1."""
@@ -29,7 +29,7 @@ DROPS = {
     5: "the node's clock (1013) was set while they were under way, so that their time can be meant in two ways",
     6: "its picture is frozen: the target's place in it does not change while the axes move; restart the image processor",
     7: "its picture is turned or mirrored, or does not answer (3072:9); 'servoctl camera calibrate' measures and corrects it",
-    8: "their errors are above 3.14, a target 72° off: does 3071:1 fit the unit of 3070:1 and 3070:2?",
+    8: "their errors are at the end of 16 bits, or above 3.14, a target 72° off: does 3071:1 fit the unit of 3070:1 and 3070:2?",
     9: "their errors jump to and fro from frame to frame: has the image processor lost its target, or does it take turns"
     " between two?",
 }
@@ -202,7 +202,7 @@ def check_frames(device: Device, identifier: int | None, wait_s: float) -> None:
 def parse_identifier(text: str) -> int:
     """Hexadecimal, as the documents write identifiers; raises InputError."""
     try:
-        found = int(text.lower().removeprefix("0x").removesuffix("h"), 16)
+        found = int(text.lower().removeprefix("0x").removesuffix("h") if is_plain(text) else "", 16)
     except ValueError:
         found = 0
     if not 0x181 <= found <= 0x57F and not 0x680 <= found <= 0x6DF:
