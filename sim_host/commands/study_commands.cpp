@@ -66,6 +66,15 @@ std::string identified_file_problem(const std::filesystem::path& file) {
   return std::filesystem::is_regular_file(file, ignored) ? "" : output_file_problem(file);
 }
 
+// It is read, and then continued.
+std::string log_file_problem(const std::filesystem::path& file) {
+  std::error_code ignored;
+  const std::string problem = output_file_problem(file);
+  const bool is_other = std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored);
+  return problem.empty() && is_other ? fmt::format("{}: is not a regular file; give one, or a new name", file.string())
+                                     : problem;
+}
+
 std::filesystem::path plant_of(const RandomPlantsOptions& options) {
   return options.plant.empty() ? options.data_dir / "plants/tracker.toml" : options.plant;
 }
@@ -279,7 +288,7 @@ void add_random_plants(CLI::App& app) {
                          ->add_option("--log", setup.log,
                                       "append each plant's result to this CSV file, and do not repeat the plants that "
                                       "it has")
-                         ->check(CLI::Validator(output_file_problem, "FILE"));
+                         ->check(CLI::Validator(log_file_problem, "FILE"));
   outputs.kept(log);
   command
       ->add_option("--merge", options->merge,

@@ -15,7 +15,6 @@
 namespace trackservo {
 namespace {
 
-constexpr std::size_t kMostBytes = 200'000'000;
 constexpr char kDosEnd = 0x1A;
 
 struct Mark {
@@ -78,8 +77,19 @@ std::string with_line_feeds(const std::string& text) {
   return result;
 }
 
+// Programs that add a mark to each file add it to one that has a mark, too.
+std::string without_marks(std::string text) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  std::size_t begin = 0;
+  while (text.compare(begin, kMark.size(), kMark) == 0) {
+    begin += kMark.size();
+  }
+  text.erase(0, begin);
+  return text;
+}
+
 std::string text_of_bytes(const std::string& bytes) {
-  std::string text = with_line_feeds(decoded(bytes));
+  std::string text = with_line_feeds(without_marks(decoded(bytes)));
   while (!text.empty() && (text.back() == '\0' || text.back() == kDosEnd)) {
     text.pop_back();
   }
@@ -95,7 +105,7 @@ std::string text_of_bytes(const std::string& bytes) {
 
 }  // namespace
 
-std::string read_text(const std::filesystem::path& path) {
+std::string read_text(const std::filesystem::path& path, std::size_t most_bytes) {
   std::error_code ignored;
   std::ifstream stream(path, std::ios::binary);
   if (!stream || std::filesystem::is_directory(path, ignored)) {
@@ -105,8 +115,8 @@ std::string read_text(const std::filesystem::path& path) {
   std::array<char, 1U << 16U> block{};
   while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
     bytes.append(block.data(), static_cast<std::size_t>(stream.gcount()));
-    if (bytes.size() > kMostBytes) {
-      throw TextFileError(1, "has more than 200 MB; give a smaller file");
+    if (bytes.size() > most_bytes) {
+      throw TextFileError(1, fmt::format("has more than {} MB; give a smaller file", most_bytes / 1'000'000));
     }
   }
   return text_of_bytes(bytes);

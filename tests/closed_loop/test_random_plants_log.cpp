@@ -1,6 +1,8 @@
 // Random plants in pieces: interrupted and continued, or on several machines, they give the results of one run.
 #include "studies/random_plants/random_plants_log.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -137,17 +139,21 @@ void test_shards_that_do_not_fit_are_refused_with_file_and_line() {
   const RandomPlantsSetup any = setup_of(1, 2);
   check_says(merge_error({in / "a.csv", in / "b.csv"}, any, false), "b.csv: no line for the seeds 3-4; run them");
   check_says(merge_error({in / "a.csv"}, setup_of(1, 3), true), "a.csv: no line for the seeds 3;");
-  check_says(merge_error({in / "b.csv"}, setup_of(1, 4), true), "b.csv: line 3 has seed 5; the seeds are 1 to 4");
-  check_says(merge_error({in / "a.csv", in / "a.csv"}, any, false), "a.csv: line 3 has seed 1, which ");
+  check_says(merge_error({in / "b.csv"}, setup_of(1, 4), true), "b.csv:3: has seed 5; the seeds are 1 to 4");
+  check_says(merge_error({in / "a.csv", in / "a.csv"}, any, false), "a.csv:3: has seed 1, which ");
   write(in / "c.csv", b.substr(0, b.size() - 5));
-  check_says(merge_error({in / "a.csv", in / "c.csv"}, setup_of(1, 3), true), "c.csv ends within a line");
+  check_says(merge_error({in / "a.csv", in / "c.csv"}, setup_of(1, 3), true),
+             "c.csv:3: the file ends within this line");
+  write(in / "c.csv", a.substr(0, a.size() - 20));  // one of its two seeds
+  check_says(merge_error({in / "c.csv"}, any, false), "c.csv:4: the file ends within this line; continue its run");
   write(in / "d.csv", a + "3,4\n");
-  check_says(merge_error({in / "d.csv"}, any, false), "d.csv: line 5 is not a result of sim_host random-plants");
+  check_says(merge_error({in / "d.csv"}, any, false), "d.csv:5: is not a result of sim_host random-plants");
   for (const char *part : {"1234567", "tracker.toml", "00000001", "share 0.3", "00000002", "1 deg/s"}) {
     std::string other = b;
     other.replace(other.find(part), 1, "x");
     write(in / "e.csv", other);
-    check_says(merge_error({in / "a.csv", in / "e.csv"}, any, false), "e.csv: line 1 is not \"# sim_host");
+    check_says(merge_error({in / "a.csv", in / "e.csv"}, any, false),
+               fmt::format("e.csv:{}: is not \"", part == std::string("1 deg/s") ? 2 : 1));
   }
   TEST_ASSERT_EQUAL_STRING(a.c_str(), text_of(in / "a.csv").c_str());
 }

@@ -94,7 +94,7 @@ def test_a_data_folder_replaces_the_source_folder(tmp_path, identified):
     done = random_plants(tmp_path, "--data", data, "--identified", identified, "--seeds", 2)
     assert done.returncode == GOOD, done.stderr
     other = random_plants(tmp_path, "--data", data, "--identified", identified, "--seeds", 2, "--log", log)
-    assert other.returncode == WRONG_INPUT and f"{log}: line 1 is not" in other.stderr
+    assert other.returncode == WRONG_INPUT and f"{log}:1: is not" in other.stderr
 
 
 @pytest.mark.parametrize("damage, says", [

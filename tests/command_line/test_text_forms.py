@@ -10,7 +10,7 @@ import tomllib
 
 import pytest
 from programs import PROGRAMS, PROJECT, WRONG_INPUT
-from test_random_plants import identified_axis
+from test_random_plants import GOOD, files_in, identified, identified_axis, random_plants  # noqa: F401 - a fixture
 
 PLANT, SCENARIO = PROJECT / "sim_host/plants/tracker.toml", PROJECT / "sim_host/scenarios/sine.toml"
 RANGE = "--lowest-rad -1 --highest-rad 1 --torque-nm 100 --fastest-rad-s 1"
@@ -35,6 +35,7 @@ READERS = {
 
 FORMS = {
     "UTF-8 with BOM": lambda text: text.encode("utf-8-sig"),
+    "two BOMs": lambda text: f"\ufeff{text}".encode("utf-8-sig"),
     "UTF-16 little endian": lambda text: codecs.BOM_UTF16_LE + text.encode("utf-16-le"),
     "UTF-16 big endian": lambda text: codecs.BOM_UTF16_BE + text.encode("utf-16-be"),
     "UTF-32": lambda text: text.encode("utf-32"),
@@ -83,6 +84,38 @@ def test_what_is_no_text_is_refused_in_one_sentence(tmp_path, reader, bytes_):
     code, out, err = answer(reader, file)
     assert code == WRONG_INPUT and not out
     assert str(file) in err and "save it as UTF-8" in err and err.count("\n") == 1, err
+
+
+def test_a_log_of_random_plants_in_every_form_is_merged_and_continued_as_the_plain_one(tmp_path, identified):
+    log, pipe = tmp_path / "log.csv", tmp_path / "pipe"
+    run = ("--identified", identified, "--seeds", "7-8", "--log", log)
+    assert random_plants(tmp_path, *run).returncode == GOOD
+    plain, files = log.read_text(), files_in(tmp_path)
+    for form, written in FORMS.items():
+        log.write_bytes(written(plain))
+        for options in (("--merge", log), run):
+            done = random_plants(tmp_path, *options)
+            assert done.returncode == GOOD and files_in(tmp_path) == files, (form, options, done.stderr)
+        assert log.read_text().rstrip("\n\0\x1a") == plain.rstrip("\n"), form
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_bytes, args=(plain.encode("utf-16"),))
+    writer.start()
+    assert random_plants(tmp_path, "--merge", pipe).returncode == GOOD and files_in(tmp_path) == files
+    writer.join()
+    assert "is not a regular file" in random_plants(tmp_path, *run[:-1], pipe).stderr
+
+
+@pytest.mark.parametrize("cut, line", [(20, 4), (400, 3)])
+def test_a_log_that_is_cut_off_is_refused_by_merge_and_completed_by_log(tmp_path, identified, cut, line):
+    log = tmp_path / "log.csv"
+    run = ("--identified", identified, "--seeds", "7-8", "--threads", 1, "--log", log)
+    assert random_plants(tmp_path, *run).returncode == GOOD
+    plain = log.read_text()
+    log.write_text(plain[:-cut])
+    done = random_plants(tmp_path, "--merge", log)
+    expected = f"sim_host: {log}:{line}: the file ends within this line; continue its run with --log {log}\n"
+    assert (done.returncode, done.stderr) == (WRONG_INPUT, expected)
+    assert random_plants(tmp_path, *run).returncode == GOOD and log.read_text() == plain
 
 
 def refused(reader, file, line):

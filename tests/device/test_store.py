@@ -1,6 +1,7 @@
 """Stored values survive a loss of power: the device starts again with the same --flash file."""
 
 import contextlib
+import os
 import pathlib
 import shutil
 import struct
@@ -90,6 +91,18 @@ def test_a_file_that_is_no_flash_is_refused(tmp_path):
     assert run.returncode != 0
     assert "20480 bytes" in run.stderr
     assert file.read_text() == "not a flash"
+
+
+@pytest.mark.simulator
+@pytest.mark.parametrize("kind", ["device", "pipe"])
+def test_a_flash_that_is_no_regular_file_is_refused(tmp_path, kind):
+    path = "/dev/null" if kind == "device" else str(tmp_path / "pipe")
+    if kind == "pipe":
+        os.mkfifo(path)
+    run = subprocess.run([SIM_HOST, "serve", "--bus", "slcan-tcp:0", "--flash", path], capture_output=True, text=True, timeout=20,
+                         stdin=subprocess.DEVNULL)
+    assert run.returncode == 2
+    assert run.stderr == f"sim_host: --flash: {path} is not a regular file; give one, or a new name\n"
 
 
 @pytest.mark.simulator

@@ -5,7 +5,6 @@
 #define TRACKSERVO_SIM_BASE_RESULT_LOG_HPP
 
 #include <charconv>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -24,20 +23,24 @@ struct ResultLogFormat {
 // Takes a line without its end, and its number; false when it is no result.
 using LineReader = std::function<bool(const std::string& line, int number)>;
 
-struct ResultLogSize {
-  std::uintmax_t whole = 0;  // bytes of the lines that are complete; 0: there is no file, or it ends within its head
-  bool cut_off = false;      // a killed process has left a line unfinished
+struct ResultLogLines {
+  std::string whole;  // the head and the complete lines, each with its end; empty: the text ends within its head
+  int cut_off = 0;    // number of the line that a killed process has left unfinished; 0: none
 };
 
-// Reads the complete lines. Throws std::runtime_error with file and line when the file is of another origin or a line
-// is no result.
-ResultLogSize read_result_log(const std::filesystem::path& file, const ResultLogFormat& format, const LineReader& each);
+// The text of a file or pipe, in any form that read_text() takes. Throws std::runtime_error with file and line.
+std::string read_log_text(const std::filesystem::path& file);
+
+// Reads the complete lines of `text`, which is that of `file`; empty lines count as none. Throws std::runtime_error
+// with file and line when the text is of another origin or a line is no result.
+ResultLogLines read_result_log(const std::filesystem::path& file, std::string text, const ResultLogFormat& format,
+                               const LineReader& each);
 
 class ResultLog {
  public:
-  // Creates the file, or reads it as read_result_log does and then removes an unfinished line. Throws
-  // std::runtime_error when the file cannot be written, is of another origin or is not such a file; it then stays as it
-  // is.
+  // Creates the file, or reads it as read_result_log does and then removes an unfinished line; a file in another form
+  // becomes UTF-8 with LF. Throws std::runtime_error when the file cannot be written, is of another origin or is not
+  // such a file; it then stays as it is.
   ResultLog(const std::filesystem::path& file, const ResultLogFormat& format, const LineReader& each);
 
   // Writes the lines through to the file. Throws std::runtime_error.

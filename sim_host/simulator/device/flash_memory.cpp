@@ -32,6 +32,10 @@ FlashMemory::FlashMemory() : bytes_(kBytes, kErased), areas_{} {
 
 FlashMemory::FlashMemory(const std::filesystem::path& file) : FlashMemory() {
   if (std::filesystem::exists(file)) {
+    if (!std::filesystem::is_regular_file(file)) {
+      throw std::invalid_argument(
+          fmt::format("--flash: {} is not a regular file; give one, or a new name", file.string()));
+    }
     const auto size = std::filesystem::file_size(file);
     if (size != kBytes && size != kAreasBytes) {
       throw std::invalid_argument(

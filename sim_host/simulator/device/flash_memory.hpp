@@ -27,8 +27,9 @@ class FlashMemory {
 
   // Blank, and lost with the object.
   FlashMemory();
-  // The contents of the file; a missing file is created, blank. Throws std::invalid_argument for a file that is not 20
-  // KiB long (or 16, as before there were pages for the bus), std::runtime_error for one that cannot be written.
+  // The contents of the file; a missing file is created, blank. Throws std::invalid_argument for what is no regular
+  // file or not 20 KiB long (or 16, as before there were pages for the bus), std::runtime_error for one that cannot be
+  // written.
   explicit FlashMemory(const std::filesystem::path& file);
   FlashMemory(const FlashMemory&) = delete;
   FlashMemory& operator=(const FlashMemory&) = delete;

@@ -1,5 +1,7 @@
 #include "studies/random_plants/random_plants.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -106,6 +108,13 @@ FailedPlant failed_plant(std::uint64_t seed, std::string reason) {
   return {seed, std::move(reason)};
 }
 
+void refuse_cut_off(const std::filesystem::path& log, const ResultLogLines& lines) {
+  if (lines.cut_off > 0) {
+    throw std::runtime_error(fmt::format("{}:{}: the file ends within this line; continue its run with --log {}",
+                                         log.string(), lines.cut_off, log.string()));
+  }
+}
+
 // Whatever is wrong with one plant; without memory the campaign ends.
 PlantResult try_or_reason(const RandomPlantsSetup& setup, const servo_params& params, std::uint64_t seed,
                           const TryPlant& try_one) {
@@ -188,21 +197,20 @@ RandomPlants merge_random_plants(const RandomPlantsSetup& setup, const std::vect
                                  bool all_of_setup) {
   RandomPlants all = none_of(setup);
   RandomPlantsOrigin origin = setup.origin;
-  origin.identified = identified_of(logs.front());
   LoggedSeeds logged(logs);
   for (std::size_t file = 0; file < logs.size(); ++file) {
-    const ResultLogSize size = read_result_log(logs[file], log_format(origin, setup.share, all.cases),
-                                               [&](const std::string& line, int number) {
-                                                 std::optional<PlantResult> result = result_of(line, all.cases.size());
-                                                 if (result) {
-                                                   logged.add(seed_of(*result), file, number);
-                                                   add(all, std::move(*result));
-                                                 }
-                                                 return result.has_value();
-                                               });
-    if (size.cut_off) {
-      logged.add_cut_off(file);
-    }
+    std::string text = read_log_text(logs[file]);
+    origin.identified = file == 0 ? identified_of(text) : origin.identified;
+    const ResultLogFormat format = log_format(origin, setup.share, all.cases);
+    refuse_cut_off(logs[file],
+                   read_result_log(logs[file], std::move(text), format, [&](const std::string& line, int number) {
+                     std::optional<PlantResult> result = result_of(line, all.cases.size());
+                     if (result) {
+                       logged.add(seed_of(*result), file, number);
+                       add(all, std::move(*result));
+                     }
+                     return result.has_value();
+                   }));
   }
   logged.refuse_repeated();
   if (all_of_setup) {

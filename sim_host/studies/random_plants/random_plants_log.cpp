@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <stdexcept>
 #include <tuple>
 
@@ -54,12 +53,10 @@ ResultLogFormat log_format(const RandomPlantsOrigin& origin, double share, const
   return format;
 }
 
-std::string identified_of(const std::filesystem::path& log) {
-  std::string line;
-  std::ifstream stream(log, std::ios::binary);
-  std::getline(stream, line);
+std::string identified_of(std::string_view text) {
+  const std::string_view line = text.substr(0, text.find('\n'));
   const std::size_t found = line.rfind(kIdentified);
-  return found == std::string::npos ? "" : line.substr(found + std::string_view(kIdentified).size());
+  return std::string(found == std::string_view::npos ? "" : line.substr(found + std::string_view(kIdentified).size()));
 }
 
 std::string line_of(const PlantResult& result) {
@@ -98,7 +95,7 @@ void LoggedSeeds::add(std::uint64_t seed, std::size_t log, int line) {
 }
 
 std::string LoggedSeeds::text(const Place& place) const {
-  return fmt::format("{}: line {}", logs_[place.log].string(), place.line);
+  return fmt::format("{}:{}", logs_[place.log].string(), place.line);
 }
 
 void LoggedSeeds::refuse_repeated() {
@@ -108,7 +105,7 @@ void LoggedSeeds::refuse_repeated() {
   const auto twice = std::adjacent_find(places_.begin(), places_.end(),
                                         [](const Place& a, const Place& b) { return a.seed == b.seed; });
   if (twice != places_.end()) {
-    throw std::runtime_error(fmt::format("{} has seed {}, which {} has already; remove one of these lines",
+    throw std::runtime_error(fmt::format("{}: has seed {}, which {} has already; remove one of these lines",
                                          text(twice[1]), twice->seed, text(twice[0])));
   }
 }
@@ -118,8 +115,8 @@ void LoggedSeeds::refuse_gaps(std::uint64_t first, std::uint64_t count) const {
     return place.seed - first >= count;  // unsigned: also below
   });
   if (outside != places_.end()) {
-    throw std::runtime_error(fmt::format("{} has seed {}; the seeds are {} to {}", text(*outside), outside->seed, first,
-                                         first + (count - 1)));
+    throw std::runtime_error(fmt::format("{}: has seed {}; the seeds are {} to {}", text(*outside), outside->seed,
+                                         first, first + (count - 1)));
   }
   std::vector<std::string> gaps;
   std::uint64_t next = first;
@@ -141,9 +138,6 @@ void LoggedSeeds::refuse_gaps(std::uint64_t first, std::uint64_t count) const {
     message += (i > 0 ? ", " : " ") + gaps[i];
   }
   message += gaps.size() > kPrintedGaps ? fmt::format(" and {} more gaps", gaps.size() - kPrintedGaps) : "";
-  for (const std::size_t log : cut_off_) {
-    message += fmt::format("; {} ends within a line", logs_[log].string());
-  }
   throw std::runtime_error(message + "; run them with --seeds and --log");
 }
 

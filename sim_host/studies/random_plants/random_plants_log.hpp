@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result_log.hpp"
@@ -16,8 +17,8 @@ namespace trackservo::sim {
 
 ResultLogFormat log_format(const RandomPlantsOrigin& origin, double share, const std::vector<std::string>& cases);
 
-// What line 1 of a log has as RandomPlantsOrigin::identified; empty when it is not such a log.
-std::string identified_of(const std::filesystem::path& log);
+// What line 1 of a log's text has as RandomPlantsOrigin::identified; empty when it is not such a log.
+std::string identified_of(std::string_view text);
 
 // With its end.
 std::string line_of(const PlantResult& result);
@@ -33,9 +34,6 @@ class LoggedSeeds {
   explicit LoggedSeeds(std::vector<std::filesystem::path> logs) : logs_(std::move(logs)) {}
 
   void add(std::uint64_t seed, std::size_t log, int line);
-
-  // The log ends within a line.
-  void add_cut_off(std::size_t log) { cut_off_.push_back(log); }
 
   // Throws std::runtime_error with both lines of the first seed that is there twice.
   void refuse_repeated();
@@ -58,7 +56,6 @@ class LoggedSeeds {
 
   std::vector<std::filesystem::path> logs_;
   std::vector<Place> places_;
-  std::vector<std::size_t> cut_off_;
 };
 
 }  // namespace trackservo::sim

@@ -17,10 +17,12 @@ import can
 import click
 from servoctl.bus import BIT_RATES, ENVIRONMENT, parse_bus
 from servoctl.bus import FORMS as BUS_FORMS
+from servoctl.commands.quantity import Whole
 from servoctl.device import Device
 from servoctl.errors import ServoctlError
 from servoctl.output_files import check_new, overwrite_option
 from servoctl.tracking import DROPS
+from servoctl.units import is_plain
 
 from . import __version__
 from .camera_frame import AGE, NODE_CLOCK, FrameSender, Result
@@ -33,10 +35,13 @@ from .statistics import Statistics
 from .video import DEFAULT_RATE_HZ
 from .view import View
 
+
 class _Number(click.FloatRange):
-    """Refuses nan, which is in every range of click."""
+    """Refuses nan, which is in every range of click, and what only Python takes for a number, as 1_000."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, str) and not is_plain(value):
+            self.fail(f"'{value}' is not a number.", param, ctx)
         found = float(super().convert(value, param, ctx))
         if not math.isfinite(found):
             self.fail(f"{value} is not a finite number.", param, ctx)
@@ -145,7 +150,7 @@ def _summary(
 @click.argument("source")
 @click.option("--bus", envvar=ENVIRONMENT, show_envvar=True, help=f"CAN bus of the node: {BUS_FORMS}.")
 @click.option("--no-bus", is_flag=True, help="Send nothing, to try a camera or a video.")
-@click.option("--node", type=click.IntRange(1, 127), default=1, show_default=True, help="Node id.")
+@click.option("--node", type=Whole(1, 127), default=1, show_default=True, help="Node id.")
 @click.option("--bitrate", type=click.Choice([str(rate) for rate in BIT_RATES]), default="1000000", show_default=True)
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write a video with overlay (.avi, .mp4, .mkv).")
 @click.option("--pixel-urad", type=_Number(0.01, 1e4), default=DEFAULT_PIXEL_URAD, show_default=True,
@@ -179,6 +184,8 @@ def imager(
     with contextlib.ExitStack() as stack:
         opened = open_source(source, rate)
         stack.callback(opened.close)
+        if record is not None and opened.is_playlist and record.is_file():
+            raise ImagerError(f"--record '{record}' exists already, and the playlist '{source}' may play it: give a new name.")
         recorder = Recorder(record, opened.rate_hz) if record else None
         if recorder is not None:
             stack.callback(recorder.close)

@@ -44,6 +44,8 @@ class Source(Protocol):
     """Of a recording of its pictures."""
     waits: bool
     """For whoever takes its pictures, as a file may: none is skipped."""
+    is_playlist: bool
+    """Its pictures are in other files, which it names."""
 
     def read(self) -> Picture | None: ...
 
@@ -55,6 +57,7 @@ class CameraSource:
 
     node_clock = False
     waits = False
+    is_playlist = False
 
     def __init__(self, number: int, name: str) -> None:
         self._name = name
@@ -91,6 +94,7 @@ class PgmSource:
 
     node_clock = True
     waits = False
+    is_playlist = False
     rate_hz = 50.0
 
     def __init__(self, host: str, port: int) -> None:
@@ -159,14 +163,14 @@ def open_source(text: str, rate_hz: float = DEFAULT_RATE_HZ) -> Source:
         raise ImagerError(f"the source is empty; expected {FORMS}.")
     if text.startswith(SIMULATOR):
         host, _, port = text[len(SIMULATOR) :].rpartition(":")
-        if not port.isdigit() or not 0 < int(port) < 65536:
+        if not (port.isascii() and port.isdigit()) or not 0 < int(port) < 65536:
             raise ImagerError(f"the source '{text}' has no valid port: expected pgm-tcp:HOST:PORT.")
         return PgmSource(host or "127.0.0.1", int(port))
     if "://" in text:
         return StreamSource(text, FORMS)
     path = Path(text)
     device = str(path.resolve() if text.startswith("/dev/") else text).removeprefix("/dev/video")  # /dev/v4l/by-id/... is a link
-    if device.isdigit():
+    if device.isascii() and device.isdigit():
         return CameraSource(int(device), text)
     if not path.exists():
         raise ImagerError(f"the video '{path}' does not exist; expected {FORMS}.")

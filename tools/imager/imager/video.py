@@ -39,6 +39,10 @@ def _grey(frame: av.VideoFrame, name: str) -> Grey:
     return grey
 
 
+PLAYLISTS = {"concat", "dash", "hls", "imf", "webm_dash_manifest"}
+"""FFmpeg's names of the formats whose files name others."""
+
+
 class _Decoder:
     """Frames of the first video stream; damaged packets are left out."""
 
@@ -48,6 +52,7 @@ class _Decoder:
         self.stream = container.streams.video[0]
         rate = float(self.stream.average_rate or 0)
         self.rate_hz = rate if _SLOWEST_HZ <= rate <= _FASTEST_HZ else DEFAULT_RATE_HZ
+        self.is_playlist = not PLAYLISTS.isdisjoint(container.format.name.split(","))
 
     def frames(self) -> Iterator[av.VideoFrame]:
         """Until the file ends or the network is silent."""
@@ -75,6 +80,7 @@ class VideoSource:
             raise ImagerError(f"'{file}' is not a video that FFmpeg can read; convert it, for example to MP4 or AVI.") from error
         self._decoder.stream.thread_type = "AUTO"
         self.rate_hz = self._decoder.rate_hz
+        self.is_playlist = self._decoder.is_playlist
         self._frames = self._decoder.frames()
         self._start_s: float | None = None
         """Of time.monotonic(), at time 0 of the file."""
@@ -124,6 +130,7 @@ class StreamSource:
         except (av.error.FFmpegError, IndexError) as error:
             raise ImagerError(f"the stream '{address}' cannot be opened; expected {forms}.") from error
         self.rate_hz = self._decoder.rate_hz
+        self.is_playlist = self._decoder.is_playlist
         self._frames = self._decoder.frames()
         self._number = 0
         self._reading = threading.Lock()

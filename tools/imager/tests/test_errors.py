@@ -17,6 +17,7 @@ from imager.sources import read_pgm
 
 from .conftest import run_imager
 from .pictures import HEIGHT, WIDTH, Scene
+from .test_kinds_of_pictures import video_at
 
 
 @pytest.fixture
@@ -76,6 +77,8 @@ def test_with_a_folder_without_pictures(tmp_path: Path) -> None:
 @pytest.mark.parametrize("option", ["--pixel-urad", "--camera-delay", "--seconds"])
 def test_with_a_number_that_is_none(tmp_path: Path, video: Path, option: str) -> None:
     assert f"'{option}': nan is not a finite number" in refused(tmp_path, str(video), "--no-bus", option, "nan")
+    for number in ("1_0", "\u0663"):
+        assert f"'{option}': '{number}' is not a number" in refused(tmp_path, str(video), "--no-bus", option, number)
 
 
 def test_with_pictures_that_are_too_small(tmp_path: Path) -> None:
@@ -158,6 +161,18 @@ def test_a_recording_replaces_no_file_unless_asked_and_never_the_video(tmp_path:
     assert kept.read_bytes() == b"mine" and video.read_bytes() == before
     assert run_imager(tmp_path, video.name, "--no-bus", "--record", "out.avi", "--overwrite").code == 0
     assert kept.stat().st_size > 1000
+
+
+def test_a_recording_does_not_replace_what_a_playlist_may_play(tmp_path: Path, video: Path) -> None:
+    before = video.read_bytes()
+    (tmp_path / "list.ffconcat").write_text(f"ffconcat version 1.0\nfile {video.name}\n")
+    video_at(tmp_path / "part.ts", [0.04 * i for i in range(25)], codec="mpeg4")
+    (tmp_path / "list.m3u8").write_text("#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\npart.ts\n#EXT-X-ENDLIST\n")
+    for source in ("list.ffconcat", "list.m3u8"):
+        text = refused(tmp_path, source, "--no-bus", "--record", video.name, "--overwrite")
+        assert f"'{video.name}' exists already" in text and f"'{source}' may play it: give a new name" in text
+    assert video.read_bytes() == before
+    assert run_imager(tmp_path, "list.ffconcat", "--no-bus", "--record", "new.avi").code == 0
 
 
 def test_a_video_is_followed_and_recorded(tmp_path: Path, video: Path) -> None:

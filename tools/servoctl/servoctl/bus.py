@@ -53,7 +53,7 @@ def parse_bus(text: str | None) -> BusAddress:
         raise InputError(f"invalid bus '{text}': expected {FORMS}.")
     if kind == "slcan-tcp":
         host, _, port = channel.rpartition(":")
-        if not port.isdigit() or not 0 < int(port) < 65536:
+        if not (port.isascii() and port.isdigit()) or not 0 < int(port) < 65536:
             raise InputError(f"the bus '{text}' has no valid port: expected slcan-tcp:HOST:PORT.")
         channel = f"{host or '127.0.0.1'}:{port}"
     return BusAddress("slcan" if kind == "slcan-pty" else kind, channel)

@@ -67,7 +67,7 @@ def without_unit(name: str) -> str:
 def find_signal(names: dict[int, str], text: str) -> int:
     """The number of a name, with or without its unit, of a unique part of it, or of a number; raises InputError with
     suggestions."""
-    if text.isdigit() and int(text) in names:
+    if text.isascii() and text.isdigit() and int(text) in names:
         return int(text)
     exact = [n for n, name in names.items() if text in (name, without_unit(name))]
     part = [n for n, name in names.items() if text in name]

@@ -29,7 +29,7 @@ from .schema import (
     carried_hash,
     find_schema,
     fingerprint,
-    load_schema,
+    load_named,
     named_file,
     remember,
     search_places,
@@ -277,7 +277,7 @@ class Device:
         reported = self.try_upload(0x3030, 2)
         self.reported_hash = int.from_bytes(reported, "little") if reported else None
         named = named_file(self._schema_file)
-        chosen = load_schema(named) if named else find_schema(self.reported_hash)
+        chosen = load_named(named) if named else find_schema(self.reported_hash)
         if chosen.hash == self.reported_hash:
             remember(chosen)
         return chosen

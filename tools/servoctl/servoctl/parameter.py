@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import InputError
-from .units import number, parse_quantity
+from .units import number, parse_quantity, whole_number
 
 Value = bool | int | float | str | bytes
 
@@ -141,8 +141,8 @@ class Parameter:
             if self.unit and stripped.endswith(self.unit):
                 stripped = stripped.removesuffix(self.unit).strip()
             try:
-                return int(stripped, 0)
-            except ValueError:
+                return whole_number(stripped)
+            except InputError:
                 raise InputError(f"{self.name}: '{text}' is not a whole number{self._range()}.") from None
         try:
             return parse_quantity(text, self.unit)

@@ -9,11 +9,13 @@ Names are derived from it and do not change: axis, object and entry, as in azimu
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import os
 import re
 import zlib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +39,8 @@ class Schema:
     product: str
     hash: int | None
     parameters: tuple[Parameter, ...]
+    text: str = field(default="", repr=False, compare=False)
+    """Of the file, which may have been a pipe."""
 
     def __iter__(self) -> Iterator[Parameter]:
         return iter(self.parameters)
@@ -46,7 +50,7 @@ class Schema:
         return next((p for p in self.parameters if (p.index, p.sub) == (index, sub)), None)
 
     def find(self, text: str, axis: str | None = None) -> Parameter:
-        """The object of a name, of 0xINDEX or of 0xINDEX:SUB; raises InputError with suggestions.
+        """The object of a name, of INDEX or of INDEX:SUB; raises InputError with suggestions.
 
         `axis` completes a name that does not begin with one. A name may also be any ending of the full one that is
         unique.
@@ -131,12 +135,12 @@ def _listed(names: list[str]) -> str:
 
 
 def parse_index(text: str) -> tuple[int, int] | None:
-    """(index, sub-index) of 0x2000:1, 2000h:1 or 0x6041, or None when the text is no index. Sub-indices: 0x or decimal."""
-    match = re.fullmatch(r"\s*0x([0-9a-fA-F]{1,4})(?:[:/.](0x[0-9a-fA-F]{1,2}|\d{1,3}))?\s*", text)
+    """(index, sub-index) of 0x2000:1, 2000h:1 or 6041, or None when the text is no index. Sub-indices: 0x or decimal."""
+    match = re.fullmatch(r"\s*(?:0x([0-9a-fA-F]{1,4})|([0-9][0-9a-fA-F]{3})h?)(?:[:/.](0x[0-9a-fA-F]{1,2}|[0-9]{1,3}))?\s*", text)
     if match is None:
         return None
-    sub = int(match.group(2), 0) if match.group(2) else 0
-    return (int(match.group(1), 16), sub) if sub <= 255 else None
+    sub = int(match.group(3), 0) if match.group(3) else 0
+    return (int(match.group(1) or match.group(2), 16), sub) if sub <= 255 else None
 
 
 def _variable(parameter: Parameter) -> ODVariable:
@@ -152,15 +156,26 @@ def _variable(parameter: Parameter) -> ODVariable:
 
 def load_schema(path: Path) -> Schema:
     """Reads a parameters.json; raises InputError naming file and reason."""
-    content: dict[str, Any] = json_of(read_text(path))
+    read = read_text(path)
+    content: dict[str, Any] = json_of(read)
     try:
         rows = content["objects"]
         heads = {int(row["index"]): str(row["name"]) for row in rows if row["sub"] == 0}
         titles = [_dotted(row, heads) for row in rows]
         parameters = tuple(_parameter(row, name) for row, name in zip(rows, _unique(titles, rows), strict=True))
-    except (KeyError, TypeError, ValueError) as error:
+        return Schema(path, str(content.get("product", "")), _hash_of(content), parameters, read.text)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not a parameters.json of the trackservo build ({error!r}).") from error
-    return Schema(path, str(content.get("product", "")), _hash_of(content), parameters)
+
+
+def load_named(path: Path) -> Schema:
+    """The same for a file that the user has named: what is no file, as a pipe, is read only once."""
+    return load_schema(path) if path.is_file() else _load_once(path)
+
+
+@functools.cache
+def _load_once(path: Path) -> Schema:
+    return load_schema(path)
 
 
 def _hash_of(content: dict[str, Any]) -> int | None:
@@ -273,7 +288,7 @@ def search_places() -> str:
 
 def need_schema(explicit: Path | None) -> Schema:
     """The best known file, for callers without a device."""
-    return load_schema(candidates(explicit)[0])
+    return load_named(candidates(explicit)[0])
 
 
 def starts() -> tuple[Path, Path]:
@@ -312,15 +327,25 @@ def faults_file(parameters: Path) -> Path:
 
 
 def remember(schema: Schema) -> None:
-    """Keeps copies of a file whose hash a device has confirmed, and of its faults.json; a folder that cannot be written
-    is no error."""
+    """Keeps copies of a file whose hash a device has confirmed, as it was read, and of its faults.json; a folder that
+    cannot be written is no error."""
     if schema.source is None or schema.hash is None or schema.source.parent in (cache_folder(), CARRIED.parent):
         return
     kept = cache_folder() / f"{schema.hash:08x}.json"
-    for source, copy in ((schema.source, kept), (faults_file(schema.source), faults_file(kept))):
+    _keep(schema.text, kept)
+    faults = faults_file(schema.source)
+    if faults.is_file():
+        with contextlib.suppress(InputError):
+            _keep(read_text(faults).text, faults_file(kept))
+
+
+def _keep(text: str, copy: Path) -> None:
+    """Whole or not at all: a full disk leaves the old copy."""
+    with contextlib.suppress(OSError):
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        new = copy.with_suffix(f".{os.getpid()}")
         try:
-            content = source.read_bytes()
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            copy.write_bytes(content)
-        except OSError:
-            pass
+            new.write_text(text, encoding="utf-8")
+            new.replace(copy)
+        finally:
+            new.unlink(missing_ok=True)

@@ -12,6 +12,7 @@ from click.shell_completion import CompletionItem
 
 from .access_lock import bytes_of
 from .bus import BIT_RATES, ENVIRONMENT, FORMS, bit_rate_of, parse_bus
+from .commands.quantity import Whole
 from .device import Device
 from .errors import ServoctlError
 from .output import Output
@@ -75,7 +76,7 @@ def common(command: F) -> F:
 
     @click.option("--bus", envvar=ENVIRONMENT, metavar="BUS", help=f"CAN bus: {FORMS} (environment: {ENVIRONMENT}).")
     @click.option(
-        "--node", type=click.IntRange(1, 127), default=1, envvar="SERVOCTL_NODE", show_default=True, help="Node id."
+        "--node", type=Whole(1, 127), default=1, envvar="SERVOCTL_NODE", show_default=True, help="Node id."
     )
     @click.option(
         "--bitrate",

@@ -57,7 +57,7 @@ def read_text(path: Path, most_bytes: int = MAX_BYTES) -> TextFile:
 
 def text_of(path: Path, data: bytes) -> TextFile:
     """The same for the contents of a file that somebody else has read."""
-    text = _decoded(path, data)
+    text = _decoded(path, data).lstrip("\ufeff")  # a second mark: some programs add one to each file
     del data
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")

@@ -22,6 +22,9 @@ _TWO = re.compile(r"2 ([0-9A-Z ][0-9 ]{4} [0-9 ]|.{58})", re.IGNORECASE)
 _FIELDS_ONE = ((18, 32),)
 _FIELDS_TWO = ((8, 16), (17, 25), (26, 33), (34, 42), (43, 51), (52, 63))
 """Epoch; inclination, node, eccentricity, perigee, anomaly and mean motion: columns from 0, the end excluded."""
+_DECIMAL, _POWER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *"), re.compile(r" *([-+]?\d+ *[-+ ]\d)? *")
+_FIELDS_DRAG = ((33, 43, _DECIMAL), (44, 52, _POWER), (53, 61, _POWER))
+"""First and second derivative of the mean motion, and drag, in line 1; 11606-4 is 0.11606e-4. sgp4 reads none behind a wrong one."""
 _NUMBER = re.compile(r" *\d[\d ]*\.?\d* *| *\.\d+ *")
 _TITLES = re.compile(r"\btime_m?s\b")
 _SHOWN = 5
@@ -60,7 +63,9 @@ class TwoLines:
         except ValueError as error:
             raise InputError(f"{self.path}:{self.line}: {error}.") from error
         if not math.isfinite(found.bstar):
-            raise InputError(f"{self.path}:{self.line}: '{self.one[53:61]}' in columns 54 to 61 is no drag: the line is damaged.")
+            wrong = ((begin, end) for begin, end, form in _FIELDS_DRAG if not form.fullmatch(self.one[begin:end]))
+            begin, end = next(wrong, _FIELDS_DRAG[-1][:2])
+            raise InputError(f"{self.path}:{self.line}: '{self.one[begin:end]}' in columns {begin + 1} to {end} is no number: the line is damaged.")
         return found
 
 

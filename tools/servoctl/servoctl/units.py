@@ -33,7 +33,22 @@ _FACTORS: dict[str, dict[str, float]] = {
 }
 """Factors to the SI unit, by that unit."""
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?(?:inf|nan))\s*(.*?)\s*$", re.IGNORECASE)
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[-+]?(?:inf|nan))(?![\d_])\s*(.*?)\s*$", re.IGNORECASE
+)
+
+
+def is_plain(text: str) -> bool:
+    """No underscores and no digits of other scripts, which only Python takes in a number."""
+    return text.isascii() and "_" not in text
+
+
+def whole_number(text: str) -> int:
+    """Of decimal digits or 0x; raises InputError."""
+    try:
+        return int(text if is_plain(text) else "", 0)
+    except ValueError:
+        raise InputError(f"'{text}' is not a whole number.") from None
 
 
 def parse_quantity(text: str, unit: str, bare: str | None = None) -> float:

@@ -211,7 +211,7 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(
     [
         (("--travel-deg", "50", "-50"), "lower one first"),
         (("--travel-deg", "-50", "290"), "607D:2"),
-        (("--travel-deg", "-50", "nan"), "lower one first"),
+        (("--travel-deg", "-50", "nan"), "'nan' is not a finite number"),
         ((*TRAVEL, "--speed-deg-s", "0"), "--speed-deg-s"),
         ((*TRAVEL, "--identify-program", "nowhere"), "nowhere"),
         ((*TRAVEL,), "--yes"),

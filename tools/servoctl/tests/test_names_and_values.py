@@ -61,7 +61,10 @@ def test_indices_are_read_in_the_usual_spellings() -> None:
     assert parse_index("0x2000:1") == (0x2000, 1)
     assert parse_index("0x2000:0x0A") == (0x2000, 10)
     assert parse_index("0x6041") == (0x6041, 0)
-    assert parse_index("0x2000:999") is None
+    assert parse_index("6007") == parse_index("6007h") == (0x6007, 0)
+    assert parse_index("605E") == (0x605E, 0) and parse_index("3041:1") == (0x3041, 1)
+    for text in ("0x2000:999", "12", "20000", "\u0663000", "0x2000:\u0663"):
+        assert parse_index(text) is None
     assert parse_index("speed") is None
 
 
@@ -69,7 +72,7 @@ def test_units_are_converted_and_wrong_ones_refused() -> None:
     assert parse_quantity("180 deg", "rad") == pytest.approx(3.14159265)
     assert parse_quantity("2", "rad/s", "deg/s") == pytest.approx(0.034906585)
     assert parse_quantity("5 N m", "N m") == 5
-    for wrong in ("5 kg", "five", "", "5 deg/s"):
+    for wrong in ("5 kg", "five", "", "5 deg/s", "1_000", "\u0663", "1\u0663"):
         with pytest.raises(InputError):
             parse_quantity(wrong, "rad")
 
@@ -81,7 +84,7 @@ def test_limits_types_and_finiteness_are_checked_before_anything_is_sent(schema:
         with pytest.raises(InputError, match="proportional_gain"):
             gain.check(gain.parse(wrong))
     window = schema.find("azimuth.rate_sensors.estimator_window")
-    for wrong in ("1", "17", "2.5"):
+    for wrong in ("1", "17", "2.5", "1_0", "\u0663"):
         with pytest.raises(InputError, match="estimator_window"):
             window.check(window.parse(wrong))
 

@@ -137,6 +137,9 @@ def test_a_tilted_tracker_looks_in_the_same_direction(tmp_path: Path) -> None:
     ((LINES[0], LINES[1].replace(".4627", "é4627")), ("iss.tle:3", "ASCII")),
     ((LINES[0][:40], LINES[1]), ("iss.tle:2", "69 characters", "40")),
     ((with_checksum(LINES[0].replace("08264.5178", "08264.51X8")), LINES[1]), ("iss.tle:2", "08264.51X8", "columns 19 to 32")),
+    ((with_checksum(LINES[0].replace("-.00002182", " ,00002182")), LINES[1]), ("iss.tle:2", ",00002182' in columns 34 to 43")),
+    ((with_checksum(LINES[0].replace(" 00000-0", " 0000O-0")), LINES[1]), ("iss.tle:2", "' 0000O-0' in columns 45 to 52")),
+    ((with_checksum(LINES[0].replace("-11606-4", "-11606,4")), LINES[1]), ("iss.tle:2", "'-11606,4' in columns 54 to 61")),
     ((LINES[0], with_checksum(LINES[1].replace("51.6416", "nn.6416"))), ("iss.tle:3", "NN.6416", "columns 9 to 16")),
     ((LINES[0], "ISS", LINES[1]), ("iss.tle:2", "line 2")),
 ])  # fmt: skip

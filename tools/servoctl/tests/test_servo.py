@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import threading
 from pathlib import Path
 
 import pytest
@@ -206,12 +208,28 @@ def test_a_schema_that_fitted_once_is_found_again_without_being_named(servo: Ben
     assert list((servo.folder / "cache").rglob("*.json"))
 
 
+def test_a_schema_from_a_pipe_is_read_once_and_found_again(elsewhere: Bench) -> None:
+    servo = elsewhere
+    pipe = servo.folder / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_bytes, args=(PARAMETERS.read_bytes(),))
+    writer.start()
+    process = servo.start("get", GAIN, "--parameters", str(pipe))
+    out, err = process.communicate(timeout=30)
+    writer.join()
+    assert process.returncode == 0, err
+    kept = next((servo.folder / "cache/servoctl/parameters").iterdir())
+    assert kept.suffix == ".json" and kept.read_text() == PARAMETERS.read_text()
+    assert servo("get", GAIN).out == out
+
+
 def test_explain_gives_unit_range_default_and_meaning_without_a_device(servo: Bench) -> None:
     servo.environment["SERVOCTL_BUS"] = "slcan-tcp:127.0.0.1:1"
     text = servo("explain", GAIN).out
     for word in ("0x2000:01", "N m s/rad", "765.0094", "2 zeta w J"):
         assert word in text
     assert servo.json("explain", "0x8130")["meaning"] == "heartbeat lost"
+    assert "Abort connection option code" in servo("explain", "6007").out
 
 
 def test_names_are_completed_in_the_shell(servo: Bench) -> None:

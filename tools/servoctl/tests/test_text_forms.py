@@ -122,6 +122,7 @@ READERS = [*BY_HAND, *JSON, *TABLES]
 FORMS: dict[str, Callable[[str], bytes]] = {
     "UTF-8": lambda text: text.encode(),
     "UTF-8 with BOM": lambda text: text.encode("utf-8-sig"),
+    "two BOMs": lambda text: f"\ufeff{text}".encode("utf-8-sig"),
     "UTF-16 little endian": lambda text: codecs.BOM_UTF16_LE + text.encode("utf-16-le"),
     "UTF-16 big endian": lambda text: codecs.BOM_UTF16_BE + text.encode("utf-16-be"),
     "UTF-32": lambda text: text.encode("utf-32"),

@@ -15,7 +15,7 @@ from ..loop_test import MeasuredLoop, loop_stimulus
 from ..session import Session, common
 from .loop import measure_loop, save_loop
 from .motion import announce, motion_options, new_path, show_files
-from .quantity import FREQUENCY, RATE
+from .quantity import FREQUENCY, RATE, Whole
 
 
 @click.command(short_help="Measure the speed loop: Bode plot, margins.")
@@ -30,10 +30,10 @@ from .quantity import FREQUENCY, RATE
     show_default=True,
     help=("Peak of the multisine (°/s); must be below the bias."),
 )
-@click.option("--lines", type=click.IntRange(5, 200), default=50, show_default=True, help="Number of sines.")
+@click.option("--lines", type=Whole(5, 200), default=50, show_default=True, help="Number of sines.")
 @click.option(
     "--periods",
-    type=click.IntRange(2, 100),
+    type=Whole(2, 100),
     default=5,
     show_default=True,
     help=("Number of periods measured; more periods reduce noise."),

@@ -21,7 +21,7 @@ from ..session import Session, common, unlock_option
 from ..tuning import Tuning
 from ..units import degrees
 from .motion import announce, motion_options, new_path, show_files
-from .quantity import RATE, Quantity
+from .quantity import RATE, Quantity, Whole
 
 Real = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ STEADY_S, BEFORE_S = 0.3, 0.03
 @motion_options("60", "120", "120")
 @click.option("--rate", type=RATE, default="25", show_default=True, help="Rate from which the axis is stopped (°/s).")
 @click.option(
-    "--repeats", type=click.IntRange(1, 20), default=3, show_default=True, help="Stops in each direction; the weakest counts."
+    "--repeats", type=Whole(1, 20), default=3, show_default=True, help="Stops in each direction; the weakest counts."
 )
 @click.option(
     "--wind", type=Quantity("N m", low=0.0), required=True,

@@ -30,6 +30,7 @@ from ..parameter import AXES
 from ..session import Session, common
 from ..test_plan import COLUMNS, TestPlan, as_json, rows_of, summary_of
 from .motion import new_path
+from .quantity import DEGREES, Quantity
 
 PROGRAM = click.option(
     "--identify-program", "program", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
@@ -44,10 +45,10 @@ PROGRAM = click.option(
 @click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to identify.")
 @click.option("--out", "folder", type=click.Path(path_type=Path, file_okay=False), help="Folder for the results.")
 @click.option(
-    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH",
+    "--travel-deg", type=(DEGREES, DEGREES), metavar="LOW HIGH",
     help="Joint angles between which the axis may move (default: the node's limits, 607D, 2060:9 and 2060:10)."
 )
-@click.option("--speed-deg-s", type=float, help="Fastest joint rate (default: the node's limits, 607F and 2060).")
+@click.option("--speed-deg-s", type=Quantity("deg/s"), help="Fastest joint rate (default: the node's limits, 607F and 2060).")
 @PROGRAM
 @click.option(
     "--quick", is_flag=True, help="Run only the rough first look: about a minute, accurate to a factor of two."

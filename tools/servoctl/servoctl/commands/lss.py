@@ -15,6 +15,8 @@ from canopen.lss import LssError, LssMaster
 from ..bus import BIT_RATES, BusAddress, open_bus, parse_bus
 from ..errors import ConnectionFailed, ExitCode, InputError, NotVerified, Refused
 from ..session import Session, common
+from ..units import whole_number
+from .quantity import Whole
 
 ANSWER_S = 1.0
 """Of one node, or of the first of all: more than a store of the node id takes, on a busy computer, too."""
@@ -142,7 +144,7 @@ def _find(master: LssMaster) -> Identity | None:
 
 @lss.command(short_help="Find nodes without a node id and assign ids.")
 @click.option(
-    "--first", type=click.IntRange(1, 127), help="Assign node ids to the nodes found, beginning with this one."
+    "--first", type=Whole(1, 127), help="Assign node ids to the nodes found, beginning with this one."
 )
 @click.option(
     "--store/--no-store", default=True, help="Store the node ids, so that they survive a restart (default: --store)."
@@ -180,10 +182,10 @@ def scan(session: Session, first: int | None, store: bool) -> int:
 
 
 @lss.command(name="id")
-@click.argument("new_id", type=click.IntRange(1, 127))
+@click.argument("new_id", type=Whole(1, 127))
 @click.option(
     "--serial",
-    type=lambda text: int(text, 0),
+    type=whole_number,
     metavar="NUMBER",
     help="Serial number (1018:4) of the node, if several nodes have the same node id.",
 )

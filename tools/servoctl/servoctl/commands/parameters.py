@@ -247,7 +247,7 @@ def _list_journal(session: Session, tuning: Tuning) -> None:
 
 
 @click.command(short_help="Explain a parameter or a fault code.")
-@click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|FAULT CODE]...")
+@click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|INDEX:SUB|FAULT CODE]...")
 @axis_option
 @common
 def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:

@@ -8,7 +8,17 @@ from typing import Any
 import click
 
 from ..errors import InputError
-from ..units import parse_quantity
+from ..units import is_plain, parse_quantity
+
+
+class Whole(click.IntRange):
+    """Refuses 1_000 and digits of other scripts, which are whole numbers to click."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """As click does."""
+        if isinstance(value, str) and not is_plain(value):
+            self.fail(f"'{value}' is not a whole number.", param, ctx)
+        return int(super().convert(value, param, ctx))
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in click 8.1
@@ -48,6 +58,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in clic
 
 
 ANGLE = Quantity("rad", "deg")
+DEGREES = Quantity("deg")
 RATE = Quantity("rad/s", "deg/s")
 LONGEST_TRAVEL = Quantity("rad", "deg", above=0.0)
 FASTEST_RATE = Quantity("rad/s", "deg/s", above=0.0)

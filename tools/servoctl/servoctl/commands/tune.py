@@ -27,7 +27,7 @@ from .identify import PROGRAM
 from .loop import measure_loop
 from .motion import announce, show_files
 from .parameters import as_json
-from .quantity import FREQUENCY, RATE, Quantity
+from .quantity import DEGREES, FREQUENCY, RATE, Quantity, Whole
 
 RATIO = Quantity("", above=0.0)
 
@@ -50,7 +50,7 @@ RATIO = Quantity("", above=0.0)
 @click.option("--tracking-hz", type=FREQUENCY, help="Bandwidth of the tracking loop.")
 @click.option("--position-hz", type=FREQUENCY, help="Bandwidth of the position loop.")
 @click.option(
-    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH",
+    "--travel-deg", type=(DEGREES, DEGREES), metavar="LOW HIGH",
     help=(
         "Joint angles between which the axis may move (default: the node's limits, else those of the"
         " identification)."
@@ -67,7 +67,7 @@ RATIO = Quantity("", above=0.0)
 @click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest measured frequency (Hz).")
 @click.option(
     "--periods",
-    type=click.IntRange(2, 100),
+    type=Whole(2, 100),
     default=5,
     show_default=True,
     help=("Number of periods measured, 4 s each."),

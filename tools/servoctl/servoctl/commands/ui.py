@@ -11,11 +11,12 @@ import click
 from ..bus import ENVIRONMENT, FORMS
 from ..errors import InputError
 from ..session import Session, common
+from .quantity import Whole
 
 
 @click.command(short_help="View, move and tune in the browser.")
 @click.option("--demo", is_flag=True, help="Start the simulator, and show both of its axes moving.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8642, show_default=True, help="Port of the page; 0: any free one.")
+@click.option("--port", type=Whole(0, 65535), default=8642, show_default=True, help="Port of the page; 0: any free one.")
 @click.option(
     "--host", default="127.0.0.1", show_default=True, metavar="ADDRESS",
     help="Address at which other computers reach the page, e.g. 0.0.0.0; the link then contains a token.",
