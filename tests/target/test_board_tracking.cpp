@@ -232,8 +232,14 @@ void test_a_target_that_moves_already_stops_no_axis_of_the_board() {
 void test_a_wrong_picture_stops_the_board() {
   constexpr int kWrong = 6;
   constexpr JointPair kTarget_rad = {0.004, 0.003};
-  const TurnedPicture pictures[] = {{"upside down", 180.0}, {}, {"mirrored", 0.0, true}, {"turned by 90 deg", 90.0}};
-  const int count = by_size(1, 4, 4);
+  const TurnedPicture pictures[] = {{"upside down", 180.0},
+                                    {},
+                                    {"mirrored", 0.0, true},
+                                    {"turned by 90 deg", 90.0},
+                                    {"upside down, twice as large", 180.0, false, 2.0},
+                                    {"turned by -90 deg, half as large", -90.0, false, 0.5},
+                                    {"right, twice as large", 0.0, false, 2.0}};
+  const int count = by_size(1, 7, 7);
   for (int i = 0; i < count; ++i) {
     const TurnedPicture& picture = pictures[i];
     BoardRig board(bench::tracker_plant(), static_cast<std::uint64_t>(i) + 1, false, {0.0, 0.0});
