@@ -318,9 +318,10 @@ bool od_find_stop(const od_object *object, const uint8_t *bytes, uint8_t stop[OD
   }
   od_number value = number_from_bytes((od_type)object->entry->type, bytes);
   const bool stops = hooks->stops(object->part->owner, object, &value);
-  /* Bound: OD_NUMBER_BYTES. */
+  uint64_t rest = (uint64_t)value.i;
   for (uint32_t i = 0; i < OD_NUMBER_BYTES; i++) {
-    stop[i] = (uint8_t)((uint64_t)value.i >> (8u * i));
+    stop[i] = (uint8_t)(rest & 0xFFu);
+    rest >>= 8u;
   }
   return stops;
 }
