@@ -28,7 +28,11 @@ constexpr int kTalkTicks = 200;
 constexpr int kCameraRpdo = 4;
 constexpr int kFrameTicks = 20;
 constexpr double kFrameAge_s = 0.02;
-constexpr double kLead_rad = 0.025;  // at most: a target waits within the picture for the axis
+constexpr double kLead_rad = 0.025;  // at most: a target waits within the picture for the axis, and sways there
+constexpr double kSway = 0.25;       // of it; a place that stays is that of a frozen picture
+constexpr double kSway_rad_s = 30.0;
+constexpr double kStands_s = 1.5;  // at first, until the picture has proven right
+constexpr double kBegins_rad = 0.004;
 constexpr double kPicture_rad = 0.032;
 constexpr double kTarget_rad_s2 = 2.0;
 constexpr double kShaking_rad_s = 3.0 * kRadPerDeg;  // allowed at rest with gains that shake
@@ -264,8 +268,8 @@ class SequenceRun {
     master_.send(frame, "RPDO 3");
   }
 
-  // A target that runs ahead of the axis as soon as it tracks; the other axis need not move. The picture of a frame is
-  // that of the frame before.
+  // A target that stands beside the axis when it begins to track, then runs ahead of it; the other axis need not move.
+  // The picture of a frame is that of the frame before.
   void film() {
     const TruthState truth = node_.machine().truth();
     const auto led = static_cast<std::size_t>(axis_);
@@ -273,14 +277,19 @@ class SequenceRun {
       const auto i = static_cast<std::size_t>(axis);
       const bool beside = axis != axis_ && sequence_.across_rad != 0.0;
       if (beside || node_.axis(axis).drive.tracking == DRIVE_NOT_TRACKING) {
-        target_rad_[i] = truth.inertial_angle_rad[i];
+        target_rad_[i] = truth.inertial_angle_rad[i] + (axis == axis_ ? direction_ * kBegins_rad : 0.0);
         target_rad_s_ = axis == axis_ ? 0.0 : target_rad_s_;
+        filmed_s_ = axis == axis_ ? 0.0 : filmed_s_;
       }
     }
-    const double looks_rad = truth.inertial_angle_rad[led];
-    target_rad_s_ = std::min(target_rad_s_ + kTarget_rad_s2 * kTick_s, sequence_.rate_rad_s);
-    target_rad_[led] = std::clamp(target_rad_[led] + direction_ * target_rad_s_ * kTick_s, looks_rad - kLead_rad,
-                                  looks_rad + kLead_rad);
+    filmed_s_ += kTick_s;
+    if (filmed_s_ > kStands_s) {
+      const double looks_rad = truth.inertial_angle_rad[led];
+      const double lead_rad = kLead_rad * (1.0 - kSway * (1.0 + std::sin(kSway_rad_s * filmed_s_)));
+      target_rad_s_ = std::min(target_rad_s_ + kTarget_rad_s2 * kTick_s, sequence_.rate_rad_s);
+      target_rad_[led] = std::clamp(target_rad_[led] + direction_ * target_rad_s_ * kTick_s, looks_rad - lead_rad,
+                                    looks_rad + lead_rad);
+    }
     if (ticks_ % kFrameTicks == 0) {
       master_.send(sender_.frame_of(picture_), "camera");
       picture_ = picture(truth);
@@ -357,7 +366,8 @@ class SequenceRun {
     }
     enable(axis_, rate_counts);
     streams_ = sequence_.mode == DRIVE_CYCLIC_VELOCITY;
-    const double longest_s = !moves ? kRest_s : sequence_.wide ? kLongestWideRunUp_s : kLongestRunUp_s;
+    const double run_up_s = !moves ? kRest_s : sequence_.wide ? kLongestWideRunUp_s : kLongestRunUp_s;
+    const double longest_s = run_up_s + (films_ ? kStands_s : 0.0);
     const bool stops_by_place = sequence_.approach == Approach::kTowardsEnd;
     while (time_s_ < longest_s && !(stops_by_place && direction_ * (limit() - angle()) < distance_rad_)) {
       tick(true);
@@ -401,6 +411,7 @@ class SequenceRun {
   double last_rate_rad_s_ = 0;
   bool streams_ = false;
   bool films_ = false;
+  double filmed_s_ = 0;  // since the axis tracks
   CameraSender sender_{kCameraCobId};
   CameraFrame picture_;
   std::array<double, kAxes> target_rad_{};  // joint angles that look at it
