@@ -105,6 +105,10 @@ class PdoLoan:
         """To the defaults."""
         self._configure(*self._defaults())
 
+    def move_to(self, device: Device) -> None:
+        """The same node, connected anew: what was borrowed is given back there."""
+        self._device = device
+
     def give_back(self) -> None:
         """Restores everything as before `take`."""
         if self._before is not None:

@@ -31,6 +31,11 @@ class StopFrames:
         """The mode of the axis (6060), which the frame repeats."""
         self._modes[axis] = mode
 
+    @property
+    def complete(self) -> bool:
+        """Both frames can be sent."""
+        return None not in self._identifiers
+
     def send(self) -> bool:
         """Both frames; False when one of them could not be sent: then only the SDO stops."""
         sent = True

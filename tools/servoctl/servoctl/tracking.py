@@ -76,6 +76,10 @@ class CameraMapping:
     def __exit__(self, *_: object) -> None:
         self._loan.give_back()
 
+    def move_to(self, device: Device) -> None:
+        """The same node, connected anew."""
+        self._loan.move_to(device)
+
 
 @dataclass(frozen=True)
 class FrameCounts:

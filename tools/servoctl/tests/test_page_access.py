@@ -18,7 +18,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from servoctl.device import Device
 from servoctl.errors import ConnectionFailed
-from servoctl.ui.access import Access
+from servoctl.ui.access import Access, in_link
 from servoctl.ui.engine import Engine
 from servoctl.ui.server import Site, listen, web_server
 from servoctl.ui.viewers import QUEUE, Viewer
@@ -107,6 +107,13 @@ def test_this_computer_needs_no_token_and_others_do() -> None:
 def test_a_browser_leaves_port_80_out_of_the_name() -> None:
     assert Access.of("127.0.0.1", 80).refusal({"host": "127.0.0.1", "origin": "http://127.0.0.1"}) is None
     assert Access.of("127.0.0.1", 80).refusal({"host": "evil.example"}) is not None
+    assert Access.of("127.0.0.2", 8642).refusal({"host": "127.0.0.2:8642"}) is None
+
+
+def test_a_link_names_what_can_be_reached() -> None:
+    assert [in_link(host) for host in ("127.0.0.1", "tracker.local", "::1")] == ["127.0.0.1", "tracker.local", "[::1]"]
+    for host in ("0.0.0.0", "::"):  # all addresses of this computer
+        assert in_link(host) not in (host, f"[{host}]", "")
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:{}", "127.0.0.1:1", "127.0.0.1"])

@@ -304,6 +304,45 @@ def test_an_unexpected_error_stops_the_axes_and_is_shown_as_a_lost_connection(
         server.stays_off(page)
 
 
+def test_the_camera_is_given_back_when_a_lost_link_is_found(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    poll = Engine._poll
+    mapped: list[int] = []
+
+    def fail(engine: Engine, device: Device) -> None:
+        if not mapped:
+            engine.map_camera(device, 0x541)
+            mapped.append(device.read_int(0x1403, 1))
+            raise ConnectionResetError("the adapter was pulled")
+        poll(engine, device)
+
+    def by_node(_jobs: Jobs) -> int:
+        return server.engine._device.read_int(0x1403, 1)  # type: ignore[union-attr]
+
+    before = server.engine.submit(by_node).result(30.0)
+    monkeypatch.setattr(Engine, "_poll", fail)
+    wait_for(lambda: mapped == [0x541], "the frames of the camera")
+    wait_for(lambda: bool(server.engine.state()["link"]["up"] and server.engine.state()["axes"]), "the node again")
+    assert server.engine.submit(by_node).result(30.0) == before
+
+
+def test_a_stop_by_sdo_alone_is_said(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A master has mapped RPDO1 for itself, and the link is lost and found."""
+    poll = Engine._poll
+    found: list[int] = []
+
+    def fail(engine: Engine, device: Device) -> None:
+        if not found:
+            found.append(device.read_int(0x1400, 1))
+            device.write_int(0x1400, 1, found[0] | 0x80000000, 4)
+            raise ConnectionResetError("the adapter was pulled")
+        poll(engine, device)
+
+    with server.page() as page:
+        monkeypatch.setattr(Engine, "_poll", fail)
+        wait_for(lambda: any("a stop goes by SDO" in text for text in page.events), "the sentence")
+    server.engine.submit(lambda jobs: jobs._device.write_int(0x1400, 1, found[0], 4)).result(30.0)
+
+
 def test_a_full_disk_is_a_sentence_and_the_axis_goes_on(server: Server) -> None:
     def fail(_jobs: Jobs) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

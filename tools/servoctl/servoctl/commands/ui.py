@@ -30,7 +30,7 @@ def ui(session: Session, demo: bool, port: int, host: str, no_browser: bool) -> 
     silent; when this program ends or the bus is lost, the device stops them by itself.
     """
     from ..ui import demo as demonstration
-    from ..ui.access import Access
+    from ..ui.access import Access, in_link
     from ..ui.engine import Engine
     from ..ui.server import PAGE, Site, listen, web_server
 
@@ -47,8 +47,7 @@ def ui(session: Session, demo: bool, port: int, host: str, no_browser: bool) -> 
         opened = stack.enter_context(contextlib.closing(listen(host, port)))
         place = opened.getsockname()
         access = Access.of(host, place[1])
-        shown = f"[{place[0]}]" if ":" in place[0] else place[0]
-        link = f"http://{shown}:{place[1]}/" + (f"?token={access.token}" if access.token else "")
+        link = f"http://{in_link(place[0])}:{place[1]}/" + (f"?token={access.token}" if access.token else "")
         session.out.json({"link": link, "bus": session.bus})
         session.out.say(f"servoctl ui: {link}   (Ctrl-C ends it)")
         if not no_browser:

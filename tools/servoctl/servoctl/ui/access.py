@@ -5,6 +5,7 @@ from __future__ import annotations
 import hmac
 import ipaddress
 import secrets
+import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
 from http.cookies import SimpleCookie
@@ -24,6 +25,18 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def in_link(host: str) -> str:
+    """An address or name in a link; for the one that stands for all of this computer's, its own in the network, or its name."""
+    if host in ("0.0.0.0", "::"):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.connect(("192.0.2.1", 9))  # TEST-NET-1, RFC 5737: nothing is sent
+                host = str(probe.getsockname()[0])
+            except OSError:  # no network
+                host = socket.gethostname()
+    return f"[{host}]" if ":" in host else host
+
+
 @dataclass(frozen=True)
 class Access:
     """The rules of one server; `token` is empty when only this computer can connect."""
@@ -36,7 +49,7 @@ class Access:
     def of(cls, host: str, port: int) -> Access:
         """For a server that listens there. A name or address that is not of this computer asks for a token."""
         if is_loopback(host):
-            return cls(("127.0.0.1", "localhost", "[::1]"), port, "")
+            return cls(("127.0.0.1", "localhost", "[::1]", in_link(host)), port, "")
         return cls((), port, secrets.token_urlsafe(16))
 
     def refusal(self, headers: Mapping[str, str], token: str = "", needs_origin: bool = False) -> str | None:

@@ -330,7 +330,6 @@ class Engine:
         device.network.subscribe(0x80 + device.node_id, self._take_emergency)
         self._faults = find_faults([device.any_schema.source])
         self._held = {}
-        self._camera = None
         self.scope = None
         self._camera_polled_s = 0.0
         self._tracks = all(tracking.is_supported(device, axis) for axis in range(len(AXES)))
@@ -344,8 +343,13 @@ class Engine:
         self._read_node(device, identity)
         self._link = {"up": True, "text": f"{self._place}"}
         self.say(f"connected to {self._place}", "good")
+        if not frames.complete:
+            self.say("a master has mapped RPDO1 or RPDO2: a stop goes by SDO, one axis after the other", "bad")
         try:
             self._start_again(device)
+            if self._camera is not None:  # the link was lost while an axis followed
+                self._camera.move_to(device)
+                self._unmap_camera()
             self._open_stream(device)
             self._loop(device, jobs)
         except BaseException as error:
@@ -549,9 +553,9 @@ class Engine:
         self._camera = camera
 
     def _unmap_camera(self) -> None:
-        camera, self._camera = self._camera, None
-        if camera is not None:
-            camera.__exit__(None, None, None)
+        if self._camera is not None:
+            self._camera.__exit__(None, None, None)
+            self._camera = None
 
     def _poll_camera(self, device: Device) -> None:
         now = time.monotonic()
