@@ -143,6 +143,11 @@ def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server
         wait_for_text(page.locator("#toast"), "enter a number: the field for 'angle, °' holds none.")
         field.press_sequentially("12,5")
         wait_for_text(page.locator("#toast"), "write decimals with a point")
+        # Both refusals stay in the list of events, and its tab says so until it is opened.
+        wait_for_text(page.locator("#tab-events"), "Events (2 new)")
+        page.locator("#tab-events").click()
+        assert "holds none" in page.locator("#events li").all_text_contents()[1]
+        assert page.locator("#tab-events").text_content() == "Events"
         assert go.is_hidden()
         page.keyboard.press("Escape")
         wait_for_state(page, "switch on disabled")

@@ -29,13 +29,23 @@ function complain(error) {
   $("toast").textContent = error.message ?? String(error);
   clearTimeout(toastTimer);
   toastTimer = setTimeout(() => { $("toast").textContent = ""; }, 9000);
+  addEvents([{ kind: "bad", time: Date.now() / 1000, text: $("toast").textContent }]);
 }
 
 function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+// Bad ones that nobody has seen yet, beside the name of their tab.
+let unread = 0;
+function markUnread(count) {
+  unread = count;
+  setText($("tab-events"), unread ? `Events (${unread} new)` : "Events");
+  $("tab-events").classList.toggle("bad", unread > 0);
+}
+
 function addEvents(events) {
+  if ($("panel-events").hidden) markUnread(unread + events.filter((event) => event.kind === "bad").length);
   for (const event of events) {
     const item = document.createElement("li");
     item.className = event.kind;
@@ -281,6 +291,7 @@ function choose(tab) {
     each.tabIndex = each === tab ? 0 : -1;
     $(each.getAttribute("aria-controls")).hidden = each !== tab;
   }
+  if (tab.id === "tab-events") markUnread(0);
   if (tab.id === "tab-faults") readFaults();
   if (tab.id === "tab-scope") scope.open();
   if (tab.id === "tab-commission") commission.list();
