@@ -311,19 +311,19 @@ od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t 
   return hooks->accept(object->part->owner, object, value);
 }
 
-bool od_find_stop(const od_object *object, const uint8_t *bytes, uint8_t stop[OD_NUMBER_BYTES]) {
+bool od_is_stop(const od_object *object, const uint8_t *bytes) {
   const od_hooks *hooks = object->part->hooks;
-  if (hooks == NULL || hooks->stops == NULL) {
+  return hooks != NULL && hooks->stops != NULL &&
+         hooks->stops(object, number_from_bytes((od_type)object->entry->type, bytes));
+}
+
+bool od_defer_stop(const od_object *object, const uint8_t *bytes) {
+  const od_hooks *hooks = object->part->hooks;
+  if (hooks->waits == NULL || hooks->defer == NULL || !hooks->waits(object->part->owner, object)) {
     return false;
   }
-  od_number value = number_from_bytes((od_type)object->entry->type, bytes);
-  const bool stops = hooks->stops(object->part->owner, object, &value);
-  uint64_t rest = (uint64_t)value.i;
-  for (uint32_t i = 0; i < OD_NUMBER_BYTES; i++) {
-    stop[i] = (uint8_t)(rest & 0xFFu);
-    rest >>= 8u;
-  }
-  return stops;
+  hooks->defer(object->part->owner, object, number_from_bytes((od_type)object->entry->type, bytes));
+  return true;
 }
 
 bool od_must_wait(const od_object *object, const uint8_t *bytes) {

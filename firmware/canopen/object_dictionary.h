@@ -85,8 +85,6 @@ typedef union {
   const char *text;
 } od_number;
 
-enum { OD_NUMBER_BYTES = 8 };
-
 /* One row. Rows of a table are sorted by index, then sub-index. */
 typedef struct {
   uint8_t type; /* od_type */
@@ -142,9 +140,10 @@ typedef struct {
   /* After a write. */
   void (*changed)(void *owner, const od_object *object);
   /* Whether this value is a stop: it takes effect even when another object of the same RPDO refuses its value. Such an
-   * object is an integer and has no accept(). `*value` then becomes the one that also keeps a stop which has been
-   * written and has not taken effect yet (see waits). NULL: none is. */
-  bool (*stops)(void *owner, const od_object *object, od_number *value);
+   * object has no accept(). NULL: none is. */
+  bool (*stops)(const od_object *object, od_number value);
+  /* Takes a stop that must wait (see waits), and whose frame cannot: it takes effect in a later tick, in its turn. */
+  void (*defer)(void *owner, const od_object *object, od_number value);
   /* Whether the value of this object has been written and has not taken effect yet. A different one waits for it: an
    * SDO download until the next tick, an RPDO and all process data behind it likewise. NULL: none waits. */
   bool (*waits)(void *owner, const od_object *object);
@@ -253,9 +252,11 @@ void od_put(const od_object *object, od_number value);
 /* Reads in bus order (little endian). `bytes` must hold the entry's size; DOMAIN is refused with OD_UNSUPPORTED. */
 od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length);
 
-/* Returns whether the owner calls this value, in bus order, a stop; then `stop` is what must be written to obey it. See
- * od_hooks.stops. */
-bool od_find_stop(const od_object *object, const uint8_t *bytes, uint8_t stop[OD_NUMBER_BYTES]);
+/* Returns whether the owner calls this value, in bus order, a stop; see od_hooks.stops. */
+bool od_is_stop(const od_object *object, const uint8_t *bytes);
+
+/* Hands a stop to the owner if it must wait for the value before it; see od_hooks.defer. Returns whether it did. */
+bool od_defer_stop(const od_object *object, const uint8_t *bytes);
 
 /* Returns what od_write would return if execute() succeeds; changes nothing. */
 od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t length);

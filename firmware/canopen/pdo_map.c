@@ -175,14 +175,15 @@ bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes) {
 
 bool pdo_obey_stops(const pdo_map *map, const uint8_t *bytes, uint8_t length) {
   bool obeyed = false;
-  uint8_t stop[OD_NUMBER_BYTES];
   uint8_t end = 0;
   /* Bound: PDO_OBJECTS: copied from such an object. */
   for (uint8_t i = 0; i < map->count; i++) {
     const pdo_item *item = &map->item[i];
     end = (uint8_t)(end + item->bytes);
-    if (end <= length && item->object.entry != NULL && od_find_stop(&item->object, bytes, stop)) {
-      (void)write_item(item, stop);
+    if (end <= length && item->object.entry != NULL && od_is_stop(&item->object, bytes)) {
+      if (!od_defer_stop(&item->object, bytes)) {
+        (void)write_item(item, bytes);
+      }
       obeyed = true;
     }
     bytes += item->bytes;

@@ -83,8 +83,25 @@ static drive_action run_or_halt(const drive_options *options, const drive_state_
   return (in->controlword & DRIVE_CONTROL_HALT) != 0 ? action_of_option(halt_of(options)) : DRIVE_RUN;
 }
 
+static void enter_operation(drive_state *state) {
+  state->power = DRIVE_OPERATION_ENABLED;
+  state->shuts_down = false;
+  state->disables = false;
+}
+
+/* A word that is no command ends no stop that is under way. */
+static drive_command command_in_operation(drive_state *state, uint16_t controlword) {
+  const drive_command command = command_of(controlword);
+  if (command == COMMAND_NONE) {
+    return state->shuts_down ? COMMAND_SHUTDOWN : state->disables ? COMMAND_SWITCH_ON : COMMAND_NONE;
+  }
+  state->shuts_down = command == COMMAND_SHUTDOWN;
+  state->disables = command == COMMAND_SWITCH_ON;
+  return command;
+}
+
 static drive_action operation_enabled(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
-  switch (command_of(in->controlword)) {
+  switch (command_in_operation(state, in->controlword)) {
     case COMMAND_DISABLE_VOLTAGE: /* 9 */
       state->power = DRIVE_SWITCH_ON_DISABLED;
       return DRIVE_OFF;
@@ -111,7 +128,7 @@ static drive_action quick_stop_active(drive_state *state, const drive_options *o
     return DRIVE_OFF;
   }
   if (stays && command == COMMAND_ENABLE_OPERATION) { /* 16 */
-    state->power = DRIVE_OPERATION_ENABLED;
+    enter_operation(state);
     return run_or_halt(options, in); /* one tick of motion would begin a ramp that the halt then has to stop */
   }
   state->ends_off = !stays;
@@ -134,7 +151,7 @@ static void powerless(drive_state *state, const drive_state_inputs *in) {
   } else if (state->power == DRIVE_READY_TO_SWITCH_ON) { /* 3 */
     state->power = gives && in->voltage_present && in->may_enable ? DRIVE_SWITCHED_ON : DRIVE_READY_TO_SWITCH_ON;
   } else if (command == COMMAND_ENABLE_OPERATION && in->may_enable) { /* 4 */
-    state->power = DRIVE_OPERATION_ENABLED;
+    enter_operation(state);
   }
 }
 

@@ -73,7 +73,9 @@ typedef struct {
   bool reset_bit_before; /* bit 7 of the last controlword: only its rising edge resets a fault */
   drive_fault reaction;  /* to the worst fault since the last reset */
   uint32_t reaction_ticks;
-  bool ends_off; /* the stop of the last action ends without torque */
+  bool ends_off;   /* the stop of the last action ends without torque */
+  bool shuts_down; /* in operation, the last command was shutdown; */
+  bool disables;   /* or disable operation */
 } drive_state;
 
 typedef struct {

@@ -273,6 +273,13 @@ static void report_camera(servo_node *node) {
   node->camera_is_stale = stale;
 }
 
+/* When the tick has taken the word before it. */
+static void give_waiting_stop(servo_node_axis *axis) {
+  if (axis->waiting.count > 0 && axis->objects.state.controlword == axis->drive.controlword) {
+    axis->objects.state.controlword = waiting_stops_take(&axis->waiting);
+  }
+}
+
 void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
@@ -296,6 +303,7 @@ void servo_node_serve(servo_node *node) {
   limit_motion(node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
+    give_waiting_stop(axis);
     drive_axis_prepare(&axis->drive, &axis->objects, &axis->machine, SERVO_TICK_S);
   }
   if (persisted_storage_tick(&node->storage)) {

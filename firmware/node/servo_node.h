@@ -28,6 +28,7 @@
 #include "node/recorded_tick.h"
 #include "node/scope_objects.h"
 #include "node/tracking.h"
+#include "node/waiting_stops.h"
 #include "servo/servo_board.h"
 
 enum { SERVO_NODE_QUEUE = 64 };
@@ -43,6 +44,7 @@ typedef struct {
   protection_objects limits;     /* 0x2060 */
   protection_owner limits_owner; /* of its part */
   bool setpoint_arrived;
+  waiting_stops waiting;       /* for 6040 */
   drive_axis_inputs inputs;    /* of this tick */
   servo_axis_command stimulus; /* of an experiment, when it gives the set-point */
   fault_reports reports;       /* of faults, for EMCY and log */

@@ -47,31 +47,24 @@ static od_abort accept_drive(void *owner, const od_object *object, od_number val
   return OD_OK;
 }
 
-enum {
-  RUNNING = DRIVE_CONTROL_SWITCH_ON | DRIVE_CONTROL_ENABLE_VOLTAGE | DRIVE_CONTROL_NO_QUICK_STOP |
-            DRIVE_CONTROL_ENABLE_OPERATION
-};
+/* Whatever ends operation, or halts in it. */
+static bool stops_drive(const od_object *object, od_number value) {
+  const uint32_t running = DRIVE_CONTROL_SWITCH_ON | DRIVE_CONTROL_ENABLE_VOLTAGE | DRIVE_CONTROL_NO_QUICK_STOP |
+                           DRIVE_CONTROL_ENABLE_OPERATION;
+  return object->entry->index == 0x6040 && ((uint32_t)value.i & (running | DRIVE_CONTROL_HALT)) != running;
+}
 
-static bool is_stop(uint32_t controlword) { return (controlword & (RUNNING | DRIVE_CONTROL_HALT)) != RUNNING; }
-
-/* Whatever ends operation, or halts in it. Of two stops in one tick each switches off what it does alone. */
-static bool stops_drive(void *owner, const od_object *object, od_number *value) {
-  const servo_node_axis *axis = owner;
-  const uint32_t word = (uint32_t)value->i;
-  if (object->entry->index != 0x6040 || !is_stop(word)) {
-    return false;
-  }
-  const uint32_t waits = axis->objects.state.controlword;
-  if (waits != axis->drive.controlword && is_stop(waits)) {
-    value->i = (int32_t)((word & ~(uint32_t)RUNNING) | (word & waits & RUNNING) | (waits & DRIVE_CONTROL_HALT));
-  }
-  return true;
+static void defer_stop(void *owner, const od_object *object, od_number value) {
+  (void)object;
+  servo_node_axis *axis = owner;
+  waiting_stops_add(&axis->waiting, (uint16_t)value.i);
 }
 
 /* Every controlword takes effect in a tick of its own, or a stop could be lost between two ticks. */
 static bool drive_waits(void *owner, const od_object *object) {
   const servo_node_axis *axis = owner;
-  return object->entry->index == 0x6040 && axis->objects.state.controlword != axis->drive.controlword;
+  return object->entry->index == 0x6040 &&
+         (axis->waiting.count > 0 || axis->objects.state.controlword != axis->drive.controlword);
 }
 
 /* A set-point counts as new even when its value is the old one. */
@@ -94,6 +87,7 @@ static unsigned needed_by_drive(const od_object *object) {
 const od_hooks servo_node_drive_hooks = {.accept = accept_drive,
                                          .changed = changed_drive,
                                          .stops = stops_drive,
+                                         .defer = defer_stop,
                                          .waits = drive_waits,
                                          .needed = needed_by_drive};
 

@@ -75,6 +75,7 @@ bool servo_node_reset(void *context, bool whole_node, uint32_t step) {
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
     node->axis[i].left_alone = false;
+    node->axis[i].waiting = (waiting_stops){0};
     node->axis[i].tuning.command = whole_node ? 0 : node->axis[i].tuning.command;
     node->axis[i].reports = (fault_reports){0}; /* the bus has lost its reports: a fault that lasts is reported again */
   }

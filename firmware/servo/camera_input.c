@@ -3,6 +3,7 @@
 #include "base/scalar.h"
 
 #define INTERVAL_WEIGHT 0.0625f
+#define LONGER 2.0f          /* than the interval so far: a pause is none */
 #define CLOCK_RATIO 1.03125f /* of the interval that is measured to the true one */
 
 enum { HALF_COUNTERS = CAMERA_COUNTERS / 2, ROUNDING = CAMERA_TIMES_PER_TICK / 2 };
@@ -36,12 +37,13 @@ static pointing_frame drop(camera_input *input, camera_drop why) {
   return (pointing_frame){0};
 }
 
-/* Returns whether this message, which is not newer, completes the sign of a sender that has begun anew. */
-static bool has_restarted(camera_input *input, uint8_t counter) {
-  const uint8_t ahead = (uint8_t)(counter - input->restart_last);
-  const bool advances = input->restarts > 0 && ahead >= 1 && ahead <= CAMERA_RESTART_STEP;
-  input->restarts = advances ? (uint16_t)(input->restarts + 1) : 1;
-  input->restart_last = counter;
+/* Returns whether this message, which is not newer, completes the sign of a sender that has begun anew. `ahead` of the
+ * message before; 0: sent again. */
+static bool has_restarted(camera_input *input, uint8_t ahead) {
+  if (ahead > 0) {
+    const bool advances = input->restarts > 0 && ahead <= CAMERA_RESTART_STEP;
+    input->restarts = advances ? (uint16_t)(input->restarts + 1) : 1;
+  }
   if (input->restarts < CAMERA_RESTART << 2 * input->begun) {
     return false;
   }
@@ -65,9 +67,10 @@ static void count_skipped(camera_input *input, uint8_t ahead, float ticks) {
     return;
   }
   input->missed += (uint32_t)ahead - 1u;
-  const float interval_ticks = scalar_min(ticks / (float)ahead, (float)CAMERA_LONGEST_INTERVAL_TICKS);
-  const float weight = input->interval_ticks > 0.0f ? INTERVAL_WEIGHT : 1.0f;
-  input->interval_ticks += weight * (interval_ticks - input->interval_ticks);
+  const bool known = input->interval_ticks > 0.0f;
+  const float longest = known ? LONGER * input->interval_ticks : (float)CAMERA_LONGEST_INTERVAL_TICKS;
+  const float interval_ticks = scalar_min(ticks / (float)ahead, longest);
+  input->interval_ticks += (known ? INTERVAL_WEIGHT : 1.0f) * (interval_ticks - input->interval_ticks);
 }
 
 /* Frames that were skipped take time, in which nothing has come. */
@@ -76,21 +79,31 @@ static bool has_time(const camera_input *input, uint8_t ahead, float ticks) {
   return skipped * input->interval_ticks <= CLOCK_RATIO * ticks;
 }
 
+/* Of how many messages in a row each was sent before the one before it. */
+static void count_backwards(camera_input *input, uint8_t ahead) {
+  if (ahead > HALF_COUNTERS) {
+    input->backwards = (uint8_t)(input->backwards + (input->backwards < CAMERA_RESTART ? 1 : 0));
+  } else if (ahead > 0) {
+    input->backwards = 0;
+  }
+}
+
 /* Counts what was skipped. Returns whether the message is newer than all before it. */
 static bool is_newer(camera_input *input, uint8_t counter, uint32_t tick) {
   const uint8_t ahead = (uint8_t)(counter - input->last_counter);
   const float ticks = (float)(tick - input->last_tick);
   input->last_tick = tick;
-  const bool newer = !input->heard || (input->old < CAMERA_RESTART && ahead != 0 && ahead < HALF_COUNTERS &&
+  const uint8_t since_before = (uint8_t)(counter - input->before);
+  input->before = counter;
+  count_backwards(input, since_before);
+  const bool newer = !input->heard || (input->backwards < CAMERA_RESTART && ahead != 0 && ahead < HALF_COUNTERS &&
                                        has_time(input, ahead, ticks));
   if (newer) {
     count_in_order(input);
     count_skipped(input, ahead, ticks);
-  } else if (!has_restarted(input, counter)) {
-    input->old = (uint8_t)(input->old + (ahead != 0 && input->old < CAMERA_RESTART ? 1 : 0)); /* 0: sent again */
+  } else if (!has_restarted(input, since_before)) {
     return false;
   }
-  input->old = 0;
   input->restarts = 0;
   input->heard = true;
   input->last_counter = counter;

@@ -6,11 +6,12 @@
  * decides: 1 .. 127 ahead is newer, anything else was sent before or twice. Frames that are skipped take time: a
  * counter that is CAMERA_LEAD further ahead than there was time for since the last message, by the interval between
  * those that counted, is not newer either. A sender that has begun anew shows by CAMERA_RESTART messages in a row that
- * are not newer, each 1 .. CAMERA_RESTART_STEP counters ahead of the one before: the last of them counts. After so many
- * messages that are not newer nothing else counts: a counter that runs backwards comes round to the newest one. So a
- * frozen counter or one that runs backwards never drives an axis, and of two senders at once only one gets through.
- * Each time a sender begins anew, the next time takes four times as many messages, until the counters have once gone
- * round: pictures that return again and again, numbers and all, soon do not count.
+ * are not newer, each 1 .. CAMERA_RESTART_STEP counters ahead of the one before: the last of them counts. Messages that
+ * are sent again say nothing. One that is behind the message before, as CAMERA_RESTART or more before it in a row, is
+ * not newer: a counter that runs backwards comes round to the newest one. So a frozen counter or one that runs
+ * backwards never drives an axis, and of two senders at once only one gets through. Each time a sender begins anew, the
+ * next time takes four times as many messages, until the counters have once gone round: pictures that return again and
+ * again, numbers and all, soon do not count.
  *
  * The error of a message is found when it arrives, between two ticks. The caller finds the age of the exposure: the
  * message states it, or the node's clock (servo/exposure_clock.h) or the camera's strobe (servo/strobe_log.h) gives it.
@@ -81,8 +82,8 @@ typedef struct {
 typedef struct {
   bool heard;           /* a message has counted */
   uint8_t last_counter; /* of the newest message that counted */
-  uint8_t restart_last; /* counter of the last message that was not newer */
-  uint8_t old;          /* messages in a row that were not newer, up to CAMERA_RESTART */
+  uint8_t before;       /* counter of the message before, whether it counted or not */
+  uint8_t backwards;    /* messages in a row that were behind the one before, up to CAMERA_RESTART */
   uint16_t restarts;    /* such messages in a row whose counters advance */
   uint8_t begun;        /* how often a sender has begun anew, up to CAMERA_MOST_RESTARTS */
   uint16_t in_order;    /* messages that were newer since it began anew, up to CAMERA_COUNTERS */

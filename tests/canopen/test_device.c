@@ -112,9 +112,8 @@ static od_abort execute(void *owner, const od_object *object, od_number value) {
   return OD_OK;
 }
 
-static bool stops(void *owner, const od_object *object, od_number *value) {
-  (void)owner;
-  return object->entry->index == 0x6040 && (value->i & 0x06) != 0x06;
+static bool stops(const od_object *object, od_number value) {
+  return object->entry->index == 0x6040 && (value.i & 0x06) != 0x06;
 }
 
 static unsigned needed(const od_object *object) {

@@ -159,7 +159,7 @@ static void receive_words(uint32_t id, int32_t first, int32_t second) {
   receive(id, sizeof words, words);
 }
 
-/* RPDO4 in tracking, 21 ms old: an image error of 50 or 56 and -30 or -36 urad, no frozen picture, or that of a target
+/* RPDO4 in tracking, 21 ms old: an image error of 50 to 74 and -30 to -54 urad, no frozen picture, or that of a target
  * that goes round the tracker at 0.05 rad/s, while it is in the picture. */
 static void receive_picture(uint8_t counter, target_course course) {
   const uint32_t turn32_per_ms = 34181;
@@ -168,8 +168,8 @@ static void receive_picture(uint8_t counter, target_course course) {
                                                b.axis[SERVO_AZIMUTH].samples.joint_angle_turn32);
   const bool goes_round = course == GOES_ROUND;
   const bool seen = goes_round ? fabsf(ahead_rad) < edge_rad : course == STAYS || counter % 100 < 25;
-  const int16_t x = goes_round && seen ? (int16_t)(1e6f * ahead_rad) : (int16_t)(50 + 6 * (counter % 2));
-  const int16_t y = (int16_t)(-30 - 6 * (counter % 2));
+  const int16_t x = goes_round && seen ? (int16_t)(1e6f * ahead_rad) : (int16_t)(50 + 6 * (counter % 5));
+  const int16_t y = (int16_t)(-30 - 6 * (counter % 5));
   const uint8_t picture[8] = {
       (uint8_t)x, (uint8_t)((uint16_t)x >> 8), (uint8_t)y, (uint8_t)((uint16_t)y >> 8), 0x34, 0x08, seen ? 90 : 0,
       counter};

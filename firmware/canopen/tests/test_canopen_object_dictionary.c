@@ -211,11 +211,10 @@ static void test_only_an_owner_that_knows_stops_has_some(void) {
   const od_object sync = find(0x1005, 0);
   const od_part no_hooks = {.table = controlword.part->table, .values = controlword.part->values};
   const od_object unowned = {&no_hooks, controlword.entry};
-  uint8_t stop[OD_NUMBER_BYTES];
-  TEST_ASSERT_TRUE(od_find_stop(&controlword, zero, stop));
-  TEST_ASSERT_FALSE(od_find_stop(&controlword, running, stop));
-  TEST_ASSERT_FALSE(od_find_stop(&sync, zero, stop));
-  TEST_ASSERT_FALSE(od_find_stop(&unowned, zero, stop));
+  TEST_ASSERT_TRUE(od_is_stop(&controlword, zero));
+  TEST_ASSERT_FALSE(od_is_stop(&controlword, running));
+  TEST_ASSERT_FALSE(od_is_stop(&sync, zero));
+  TEST_ASSERT_FALSE(od_is_stop(&unowned, zero));
 }
 
 typedef struct {

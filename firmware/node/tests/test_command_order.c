@@ -200,11 +200,11 @@ static void end_in_fault_with(uint16_t word) {
 /* A stop, then a weaker one that is obeyed although its frame is too short, or replaced before the SYNC; then 0F. */
 static void test_a_weaker_stop_of_the_same_tick_does_not_undo_a_stop(void) {
   static const uint16_t first[] = {0x02, 0x00};
-  static const uint16_t second[] = {0x010F, 0x07, 0x06};
-  for (uint32_t row = 0; row < 12; ++row) {
-    const bool synchronous = row >= 6;
+  static const uint16_t second[] = {0x010F, 0x07};
+  for (uint32_t row = 0; row < 8; ++row) {
+    const bool synchronous = row >= 4;
     const uint16_t stop = first[row % 2];
-    const uint16_t weaker = second[row / 2 % 3];
+    const uint16_t weaker = second[row / 2 % 2];
     turn_with_quick_stop_option(2);
     if (synchronous) {
       SET(0x1400, 2, 1);
@@ -220,6 +220,43 @@ static void test_a_weaker_stop_of_the_same_tick_does_not_undo_a_stop(void) {
     (void)snprintf(text, sizeof text, "%04X, %04X, %s", stop, weaker, synchronous ? "replaced" : "too short");
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(STATE_OFF, state_of(0), text);
   }
+}
+
+/* Rows: words for the words of a tick, 0x8000 with those whose frame is too short, and the state in which the axis
+ * ends. */
+static void test_a_stop_in_a_frame_that_is_too_short_has_its_place_in_the_order(void) {
+  enum { SHORT = 0x8000 };
+  static const struct {
+    uint16_t option, word[4];
+    uint32_t state;
+  } rows[] = {
+      {2, {0x06, SHORT | 0x86, NONE}, STATE_READY},
+      {2, {0x07, SHORT | 0x87, NONE}, STATE_SWITCHED_ON},
+      {5, {0x06, SHORT | 0x02, 0x0F, NONE}, STATE_OFF},     /* as one word 02 would be left by 0F */
+      {2, {0x00, SHORT | 0x06, 0x0F, NONE}, STATE_ENABLED}, /* the sequence of CiA 402 */
+      {2, {0x07, 0x87, NONE}, STATE_SWITCHED_ON},           /* no short one: bit 7 is no command */
+      {2, {0x06, 0x8F, NONE}, STATE_READY},
+  };
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    turn_with_quick_stop_option(rows[i].option);
+    for (uint32_t n = 0; n < 4 && rows[i].word[n] != NONE; ++n) {
+      const uint16_t word = rows[i].word[n] & 0x7FFF;
+      give(RPDO1, rows[i].word[n] > 0x7FFF ? 2 : 3, (const uint8_t[]){(uint8_t)word, (uint8_t)(word >> 8), PV});
+    }
+    wait_ms(STOPPED_MS);
+    char row[16];
+    (void)snprintf(row, sizeof row, "row %u", (unsigned)i);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(rows[i].state, state_of(0), row);
+  }
+}
+
+/* 00, then 80 and 06 in frames that are too short: the edge of bit 7 is not lost. */
+static void test_an_edge_of_bit_7_beside_a_stop_resets_the_fault(void) {
+  end_in_fault_with(0x0F);
+  burst(0x00, 0x80, NONE);
+  give(RPDO1, 2, (const uint8_t[]){0x06, 0x00});
+  wait_ms(10);
+  TEST_ASSERT_NOT_EQUAL(STATE_IN_FAULT, state_of(0));
 }
 
 /* 60 frames in a tick: most are dropped. */
@@ -328,6 +365,8 @@ int main(void) {
   RUN_TEST(test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms);
   RUN_TEST(test_a_dropped_command_and_a_lost_frame_in_one_tick_are_an_overrun);
   RUN_TEST(test_a_weaker_stop_of_the_same_tick_does_not_undo_a_stop);
+  RUN_TEST(test_a_stop_in_a_frame_that_is_too_short_has_its_place_in_the_order);
+  RUN_TEST(test_an_edge_of_bit_7_beside_a_stop_resets_the_fault);
   RUN_TEST(test_a_weaker_stop_in_a_dropped_frame_does_not_undo_a_stop);
   RUN_TEST(test_an_edge_of_bit_7_within_one_tick_resets_the_fault);
   RUN_TEST(test_nmt_commands_and_controlwords_of_one_tick_count_in_their_order);

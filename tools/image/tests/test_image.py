@@ -90,7 +90,7 @@ def test_a_jump_made_by_the_linker_counts_as_a_call_to_its_target():
 
 # Where the firmware calls each kind of hook.
 CALLERS = {"refresh": "od_read", "accept": "od_check_write", "execute": "object_dictionary.c:execute", "changed": "od_write_checked",
-           "stops": "od_find_stop", "waits": "od_must_wait", "needed": "od_needed_hooks", "stream_begin": "sdo_transfer.c:begin_stream",
+           "stops": "od_is_stop", "defer": "od_defer_stop", "waits": "od_must_wait", "needed": "od_needed_hooks", "stream_begin": "sdo_transfer.c:begin_stream",
            "stream_read": "sdo_transfer_read", "stream_append": "sdo_transfer_append", "stream_end": "sdo_transfer.c:end_stream"}
 
 
