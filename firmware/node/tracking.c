@@ -66,7 +66,7 @@ static bool is_stated_delay(const od_object *object) {
 static void take_message(target_tracking *self) {
   const camera_message *message = &self->objects.message;
   const image_vector error = camera_input_error(&self->frames, &self->objects.params, message);
-  if (message->quality >= self->objects.params.min_quality && frozen_picture_drops(&self->picture, error)) {
+  if (message->quality >= self->objects.params.min_quality && frozen_picture_shows(&self->picture, error)) {
     camera_input_refuse(&self->frames, CAMERA_FROZEN);
     return;
   }

@@ -18,7 +18,7 @@ void waiting_stops_add(waiting_stops *self, uint16_t controlword) {
 uint16_t waiting_stops_take(waiting_stops *self) {
   const uint16_t first = self->word[0];
   self->count--;
-  for (uint8_t i = 0; i < WAITING_STOPS - 1; i++) {
+  for (uint32_t i = 0; i < WAITING_STOPS - 1; i++) {
     self->word[i] = self->word[i + 1];
   }
   return first;

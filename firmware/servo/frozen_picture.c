@@ -42,12 +42,11 @@ static void begin_at(frozen_axis *self, float error_rad, float count_rad) {
 static bool take(frozen_axis *self, bool vertical, float error_rad, float count_rad, joint_place joints,
                  uint32_t tick) {
   const uint32_t lasts = tick - self->since_tick;
-  const bool here = self->seen && is_at(self, error_rad);
-  self->outliers = here ? 0 : (uint8_t)(self->outliers + 1);
-  const bool judges = here && lasts >= FROZEN_WINDOW_TICKS && lasts <= (uint32_t)FROZEN_LONGEST_WINDOW_TICKS;
-  if (!self->seen || self->outliers > FROZEN_OUTLIERS) {
+  const bool judges = lasts <= (uint32_t)FROZEN_LONGEST_WINDOW_TICKS;
+  const bool left = !self->seen || !is_at(self, error_rad);
+  if (left) {
     begin_at(self, error_rad, count_rad);
-  } else if (!here || lasts < FROZEN_WINDOW_TICKS) {
+  } else if (lasts < FROZEN_WINDOW_TICKS) {
     return false;
   } else if (judges) {
     judge_window(self, vertical, count_rad, joints, lasts);
@@ -56,7 +55,7 @@ static bool take(frozen_axis *self, bool vertical, float error_rad, float count_
   }
   self->from = joints;
   self->since_tick = tick;
-  return judges;
+  return judges && !left;
 }
 
 void frozen_picture_take(frozen_picture *self, image_vector error, float count_rad, joint_place joints, uint32_t tick) {
@@ -65,17 +64,8 @@ void frozen_picture_take(frozen_picture *self, image_vector error, float count_r
   }
 }
 
-static bool drops(frozen_axis *self, float error_rad) {
-  if (!self->frozen) {
-    return false;
-  }
-  const bool here = is_at(self, error_rad);
-  self->outliers = here ? 0 : (uint8_t)(self->outliers + 1);
-  self->frozen = self->outliers <= FROZEN_OUTLIERS;
-  return self->frozen;
-}
+static bool shows(const frozen_axis *self, float error_rad) { return self->frozen && is_at(self, error_rad); }
 
-bool frozen_picture_drops(frozen_picture *self, image_vector error) {
-  const bool azimuth = drops(&self->azimuth, error.x);
-  return drops(&self->pitch, error.y) || azimuth;
+bool frozen_picture_shows(const frozen_picture *self, image_vector error) {
+  return shows(&self->azimuth, error.x) || shows(&self->pitch, error.y);
 }

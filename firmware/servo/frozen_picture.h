@@ -14,8 +14,8 @@
  * the loop accelerates by about 100 e in a second, so that the target is e / 16 further after 35 ms. A frozen picture
  * whose place agrees with the motion so far looks like a target that is followed well, too, and is not found.
  *
- * Pictures without a target say nothing, nor do FROZEN_OUTLIERS in a row at another place. A window that lasts longer
- * than FROZEN_LONGEST_WINDOW_TICKS, because none showed a target, begins anew.
+ * Pictures without a target say nothing. A window that lasts longer than FROZEN_LONGEST_WINDOW_TICKS, because none
+ * showed a target, begins anew.
  */
 #ifndef TRACKSERVO_SERVO_FROZEN_PICTURE_H
 #define TRACKSERVO_SERVO_FROZEN_PICTURE_H
@@ -33,8 +33,7 @@ enum {
   FROZEN_COUNTS = 25,
   FROZEN_MIN_COUNTS = 2,
   FROZEN_JITTER_COUNTS = 2,
-  FROZEN_STEADY_PART = 16,
-  FROZEN_OUTLIERS = 2
+  FROZEN_STEADY_PART = 16
 };
 
 typedef struct {
@@ -46,9 +45,8 @@ typedef struct {
 typedef struct {
   bool seen; /* the rest is of a picture with a target */
   bool frozen;
-  bool has_before;  /* a window is complete */
-  uint8_t outliers; /* pictures in a row with a target elsewhere */
-  float place_rad;  /* of the target, from where it is to be held */
+  bool has_before; /* a window is complete */
+  float place_rad; /* of the target, from where it is to be held */
   float steady_rad;
   uint32_t since_tick; /* when this window began */
   joint_place from;    /* the joints then */
@@ -65,8 +63,7 @@ typedef struct {
  * `count_rad`: 3071:1. */
 void frozen_picture_take(frozen_picture *self, image_vector error, float count_rad, joint_place joints, uint32_t tick);
 
-/* Returns whether a picture that shows a target is the frozen one, or an outlier: it must not count, and is not taken.
- */
-bool frozen_picture_drops(frozen_picture *self, image_vector error);
+/* Returns whether a picture that shows a target is the frozen one. */
+bool frozen_picture_shows(const frozen_picture *self, image_vector error);
 
 #endif

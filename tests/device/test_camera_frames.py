@@ -61,7 +61,7 @@ def test_a_picture_with_new_counters_that_stays_the_same_stops_the_axis_and_is_t
     azimuth.wait_for_standstill()
     stopped_deg = azimuth.angle_deg
     report(f"stopped {stopped_deg - before_deg:.2f} deg after the first picture that stayed")
-    assert 0.0 < stopped_deg - before_deg < 12.0
+    assert 0.0 < stopped_deg - before_deg < 10.0
     told = master.wait_for(EMERGENCY)[0]
     assert told[:2] == b"\x00\x70" and told[3] == FROZEN
     assert master.number(0x3072, 4) == FROZEN

@@ -136,10 +136,9 @@ void test_an_axis_that_swings_runs_away() {
 constexpr int kFrameTicks = 20;
 constexpr double kStart_rad = -1.3;  // of which the encoder knows the turn
 
-// A frame of a target that is 5 mrad ahead of the azimuth, give or take some counts as a camera sees it, or of no
-// target.
+// A frame of a target that is about 5 mrad ahead of the azimuth, no frozen picture, or of no target.
 void send_frame(sim::DrivenNode& node, int counter, bool found) {
-  node.write(sim::kAzimuth, 0x3070, 1, 5000 + 3 * (counter % 2));
+  node.write(sim::kAzimuth, 0x3070, 1, 4600 + 400 * (counter % 3));
   node.write(sim::kAzimuth, 0x3070, 3, 2000);  // 20 ms old
   node.write(sim::kAzimuth, 0x3070, 4, found ? 100 : 0);
   node.write(sim::kAzimuth, 0x3070, 5, counter % 256);
