@@ -35,8 +35,7 @@ enum {
   CAMERA_COUNTERS = 256,
   CAMERA_MOST_RESTARTS = 3, /* then CAMERA_COUNTERS messages are needed */
   CAMERA_LEAD = 4,
-  CAMERA_LONGEST_INTERVAL_TICKS = 200,
-  CAMERA_NO_TARGET = 0
+  CAMERA_LONGEST_INTERVAL_TICKS = 200
 };
 
 #define CAMERA_AGE_AMBIGUOUS INT32_MIN /* an age that is not known, because the clock was set */
@@ -75,7 +74,7 @@ typedef struct {
   int16_t x; /* target minus line of sight along the sensor's rows, in counts */
   int16_t y; /* along its columns, upwards */
   uint16_t time;
-  uint8_t quality; /* CAMERA_NO_TARGET: not found; up to CAMERA_BEST_QUALITY */
+  uint8_t quality; /* 0: no target found; up to CAMERA_BEST_QUALITY */
   uint8_t counter;
 } camera_message;
 
@@ -84,7 +83,7 @@ typedef struct {
   uint8_t last_counter; /* of the newest message that counted */
   uint8_t before;       /* counter of the message before, whether it counted or not */
   uint8_t backwards;    /* messages in a row that were behind the one before, up to CAMERA_RESTART */
-  uint16_t restarts;    /* such messages in a row whose counters advance */
+  uint16_t restarts;    /* messages in a row that were not newer, and whose counters advance */
   uint8_t begun;        /* how often a sender has begun anew, up to CAMERA_MOST_RESTARTS */
   uint16_t in_order;    /* messages that were newer since it began anew, up to CAMERA_COUNTERS */
   uint32_t last_tick;   /* when a message came, whether it counted or not */
