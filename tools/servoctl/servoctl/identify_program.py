@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from .text_file import json_of, read_text
 
 ENVIRONMENT = "TRACKSERVO_IDENTIFY"
 BUILD = "cmake --preset host && cmake --build --preset host --target identify"
+LOOK_S = 0.1
 FITTED, REFUSED_SOME, REFUSED_SOME_BEFORE = 0, 1, 2
 """Exit codes; programs before 2026-12 ended with 2 where they end with 1 now, both without a sentence."""
 
@@ -53,8 +55,10 @@ def _help(program: str) -> str | None:
 class IdentifyProgram:
     """`identify plan`, `identify fit` and `identify design`."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, meanwhile: Callable[[], object] = lambda: None) -> None:
+        """`meanwhile` is called ten times a second while the program computes; what it raises ends the program."""
         self.path = path
+        self._meanwhile = meanwhile
 
     def plan(
         self, envelope: Envelope, start_rad: float, plan: Path, identified: Path | None = None, structure: bool = False
@@ -90,17 +94,34 @@ class IdentifyProgram:
 
     def _run(self, words: list[str], good_in_silence: tuple[int, ...] = ()) -> int:
         try:
-            done = subprocess.run([str(self.path), *words], capture_output=True, text=True)
+            program = subprocess.Popen([str(self.path), *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         except OSError as error:
             raise InputError(f"{self.path}: cannot be run: {error.strerror}.") from error
-        reported = [line for line in done.stderr.splitlines() if line.strip()]
-        if done.returncode != FITTED and (reported or done.returncode not in good_in_silence):
+        with program:
+            reported = [line for line in self._errors(program).splitlines() if line.strip()]
+        code = int(program.returncode)
+        if code != FITTED and (reported or code not in good_in_silence):
             reason = " ".join(line.strip() for line in reported).removeprefix("identify: ")
             raise InputError(
                 f"'identify {words[0]}' failed:"
-                f" {reason or f'{self.path} ended with {done.returncode} without a message'}"
+                f" {reason or f'{self.path} ended with {code} without a message'}"
             )
-        return done.returncode
+        return code
+
+    def _errors(self, program: subprocess.Popen[str]) -> str:
+        """What it has written to its error stream, when it has ended."""
+        while True:
+            try:
+                return program.communicate(timeout=LOOK_S)[1]
+            except subprocess.TimeoutExpired:
+                try:
+                    self._meanwhile()
+                except BaseException:
+                    program.kill()
+                    raise
+            except BaseException:
+                program.kill()
+                raise
 
 
 def _written(option: str, file: Path) -> tuple[str, str, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +25,7 @@ from .frequency_response import (
 from .limits import Limits, Plan, span
 from .loop_model import SpeedLoopGains, controller, open_loop, read_gains
 from .parameter import AXES
-from .rate_run import send_rates
+from .rate_run import Progress, send_rates, silent
 from .units import TICK_S, degrees
 
 SETPOINT_TICKS = 2
@@ -101,7 +100,7 @@ class MeasuredLoop:
 
 def measure_loop(
     device: Device, axis: str, stimulus: LoopStimulus, limits: Limits, hold_other: bool = False,
-    progress: Callable[[float], object] = lambda _passed_s: None,
+    progress: Progress = silent,
 ) -> MeasuredLoop:  # fmt: skip
     """Moves the axis, with the other one held if `hold_other`; raises MotionError when noise hides too much."""
     number = AXES.index(axis)

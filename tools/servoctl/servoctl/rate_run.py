@@ -17,11 +17,16 @@ from .stream import RateStream
 from .units import TICK_S
 
 Real = NDArray[np.float64]
+Progress = Callable[[float, float | None], object]
 
 FASTEST_PACE = 1.5
 """Ratio of the device's time to ours up to which set-points sent from here can follow."""
 _PROGRESS = 50
 """Set-points between two calls of `progress`."""
+
+
+def silent(_passed_s: float, _rate_rad_s: float | None) -> None:
+    """Progress that nobody sees."""
 
 
 def check_pace(device: Device) -> None:
@@ -49,11 +54,12 @@ class RatesRun:
 
 def send_rates(
     device: Device, axis: int, rates: Real, period: int, limits: Limits, hold_other: bool = False,
-    interpolation: int | None = None, progress: Callable[[float], object] = lambda _passed_s: None,
+    interpolation: int | None = None, progress: Progress = silent,
 ) -> RatesRun:  # fmt: skip
     """Sends rates (rad/s, one per tick) in csv, one every `period` ticks of the node.
 
-    The node follows each within `interpolation` ticks (60C2), `period` by default. `progress` gets the passed time, s.
+    The node follows each within `interpolation` ticks (60C2), `period` by default. `progress` gets the passed time (s) and
+    the rate just measured (rad/s), None before the first sample.
     """
     check_pace(device)
     with RateStream(device, axis) as stream, LiveAxis(device, axis, power.CYCLIC_VELOCITY) as live:
@@ -67,7 +73,7 @@ def send_rates(
             stream.send(float(rates[tick]))
             guard.look()
             if count % _PROGRESS == 0:
-                progress(tick * TICK_S)
+                progress(tick * TICK_S, stream.latest())
         stream.send(0.0)
         live.check_enabled()
         demand, answer = stream.samples()

@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -106,11 +107,12 @@ class Server:
         wait_for(lambda: bool(self.engine.state()["link"]["up"] and self.engine.state()["axes"]), "the node")
 
     @contextmanager
-    def page(self) -> Iterator[Socket]:
-        """One that commands."""
+    def page(self, commands: bool = True) -> Iterator[Socket]:
+        """One that commands, or views."""
         with connect(f"ws://{self._address}/ws", origin=Origin(f"http://{self._address}"), proxy=None) as opened:
             page = Socket(opened)
-            page.ask("take")
+            if commands:
+                page.ask("take")
             yield page
 
     def be_slow(self) -> threading.Event:
@@ -178,7 +180,10 @@ def test_what_waits_when_stop_comes_is_refused(server: Server, order: dict[str, 
 def test_a_running_step_is_stopped(servo: Bench, server: Server) -> None:
     with server.page() as page, listening(servo.bus) as listener:
         stepping = page.send("step", axis=0, amplitude_deg_s=1.0, hold_s=4.0)
-        wait_for(lambda: abs(standing(servo)["rate_deg_s"]) > 0.5, "the step runs")
+        wait_for(lambda: abs(server.axis()["rate_deg_s"] or 0.0) > 0.5, "the card shows that the step runs")
+        azimuth, pitch = server.engine.state()["axes"]
+        assert azimuth["state"] == ENABLED and azimuth["doing"].startswith("is measured: step: ")
+        assert pitch["rate_deg_s"] is None and pitch["doing"] == "is not read meanwhile"
         begun = time.time()
         page.send("stop")
         check_stopped(servo, "stop during a step", listener, begun)
@@ -343,6 +348,47 @@ def test_a_stop_by_sdo_alone_is_said(server: Server, monkeypatch: pytest.MonkeyP
     server.engine.submit(lambda jobs: jobs._device.write_int(0x1400, 1, found[0], 4)).result(30.0)
 
 
+def test_a_motion_that_was_planned_for_another_place_is_refused(servo: Bench, server: Server) -> None:
+    """Between the plan and the reader's "Move" the axis was moved."""
+    with server.page() as page:
+        page.ask("enable", axis=0)
+        motion = {"axis": 0, "rate_deg_s": 5.0}
+        plan = page.ask("plan", relative=True, angle_deg=2.0, **motion)
+        swing(page)
+        wait_for(lambda: abs((server.axis()["position_deg"] or 0.0) - plan["from_deg"]) > 1.0, "elsewhere")
+        page.ask("hold", axis=0)
+        here_deg = standing(servo)["position_deg"]
+        for what, angle_deg in (("move", plan["target_deg"]), ("swing", 2.0)):
+            refused = page.answer(page.send(what, angle_deg=angle_deg, from_deg=plan["from_deg"], **motion))["error"]
+            assert refused.startswith("azimuth has moved since this was planned, from ") and refused.endswith("nothing moves; plan it again.")
+        assert abs(standing(servo)["position_deg"] - here_deg) < 0.1
+        again = page.ask("plan", relative=True, angle_deg=2.0, **motion)
+        page.ask("move", angle_deg=again["target_deg"], from_deg=again["from_deg"], **motion)
+        wait_for(lambda: abs(standing(servo)["position_deg"] - again["target_deg"]) < 0.01, "arrives")
+
+
+def test_a_program_that_computes_keeps_nobody_waiting(
+    servo: Bench, server: Server, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A viewer's dry run whose program does not end: states stay fresh; an order and a stop leave it."""
+    program, begun = tmp_path / "identify", tmp_path / "begun"
+    program.write_text(f"#!/bin/sh\necho $$ > {begun}.new\nmv {begun}.new {begun}\nexec sleep 600\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("TRACKSERVO_IDENTIFY", str(program))
+    with server.page() as page, server.page(commands=False) as viewer:
+        for leaves, why in (("start_node", "the page that commands has given an order: ask again"), ("stop", "the axes were stopped")):
+            asked = viewer.send("dry_run", axis=0, step="look")
+            wait_for(begun.exists, "the program runs")
+            number = int(begun.read_text())
+            begun.unlink()
+            servo.json("state", "pitch", "enable")
+            wait_for(lambda: server.engine.state()["axes"][1]["state"] == ENABLED, "what another master does is shown")
+            page.ask(leaves)
+            assert viewer.answer(asked)["error"] == f"left, because {why}."
+            wait_for(lambda number=number: not Path(f"/proc/{number}").exists(), "the program has ended")  # type: ignore[misc]
+            servo.json("state", "pitch", "disable")
+
+
 def test_a_full_disk_is_a_sentence_and_the_axis_goes_on(server: Server) -> None:
     def fail(_jobs: Jobs) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -365,9 +411,15 @@ def test_a_page_that_stays_silent_and_orders_again_is_stopped_again(server: Serv
         page.beats = False
         for stops in (1, 2):
             page.ask("enable", axis=0)
-            page.ask("swing", axis=0, angle_deg=20.0, rate_deg_s=5.0)
+            swing(page)
             wait_for(lambda stops=stops: page.events.count(said) == stops, f"stop {stops}")  # type: ignore[misc]
         server.stays_off(page)
+
+
+def swing(page: Socket) -> None:
+    """Azimuth moves back and forth."""
+    motion = {"axis": 0, "angle_deg": 20.0, "rate_deg_s": 5.0}
+    page.ask("swing", from_deg=page.ask("plan", relative=True, **motion)["from_deg"], **motion)
 
 
 def jogging(server: Server, page: Socket) -> None:
@@ -400,7 +452,7 @@ def test_a_motion_stops_when_its_page_says_nothing_for_a_second(servo: Bench, se
     """As when its computer sleeps, or its link is lost without a word: the socket stays open, and nothing comes."""
     with server.page() as page, listening(servo.bus) as listener:
         page.ask("enable", axis=0)
-        page.ask("swing", axis=0, angle_deg=20.0, rate_deg_s=5.0)
+        swing(page)
         time.sleep(2 * SILENT_S)
         assert server.axis()["doing"], page.events  # it goes on as long as the page is there
         page.beats = False

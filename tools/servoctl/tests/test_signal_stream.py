@@ -118,20 +118,28 @@ def test_the_signals_are_what_their_names_say(servo: Bench) -> None:
 
 @pytest.mark.image
 def test_the_frames_of_an_axis_in_motion_agree(servo: Bench) -> None:
-    """Joint rate, rate and the change of the angle are the same motion."""
+    """Joint rate, rate and the change of the angle are the same motion; torque and error are those of the objects, in N m and
+    µrad."""
     with Device(parse_bus(servo.bus), 1) as device:
         device.set_nmt("operational")
         with SignalStream(device, "azimuth") as stream:
             stream.start()
             mover = servo.start("move", "azimuth", "--by", "2", "--rate", "4", "--yes")
+            read: list[tuple[int, int]] = []
+            while mover.poll() is None:
+                read.append((device.axis_int(0, 0x6077, signed=True), device.axis_int(0, 0x60F4, signed=True)))
+            assert mover.returncode == 0
             samples = take(stream, 4000)
-            assert mover.wait(timeout=60) == 0
+            rated_nm = 1e-3 * device.axis_int(0, 0x6076)
     column = {signal.name: samples.values[n] for n, signal in enumerate(stream.signals)}
     joint, rate, angle = (column[f"azimuth {name}"] for name in ("joint rate", "rate", "angle"))
     assert np.max(rate) == pytest.approx(4.0, abs=0.5) and np.max(column["azimuth demanded rate"]) == pytest.approx(4.0, abs=0.1)
     assert np.sum(joint) * 1e-3 == pytest.approx(angle[-1] - angle[0], abs=0.05)
     assert np.corrcoef(joint, rate)[0, 1] > 0.98
     assert np.max(np.abs(column["azimuth torque"])) > 1.0 and np.max(np.abs(column["azimuth demanded torque"])) > 1.0
+    torque_nm, error_urad = rated_nm * 1e-3 * np.array([torque for torque, _ in read]), 0.1 * np.array([error for _, error in read])
+    for objects, streamed in ((torque_nm, "azimuth torque"), (error_urad, "azimuth following error")):
+        assert np.max(np.abs(objects)) == pytest.approx(np.max(np.abs(column[streamed])), rel=0.5), streamed
 
 
 # --- older firmware, slower buses --------------------------------------------------------------------------------------

@@ -73,11 +73,17 @@ def change_a_gain_and_undo(servo: Bench, page: Page, before: float) -> None:
 
 def move_and_swing(servo: Bench, page: Page) -> None:
     """A move by an angle arrives; a motion back and forth is ended, and the axis disabled."""
-    here = standing(servo)["position_deg"]
     azimuth = card(page, "azimuth")
     azimuth.locator(".move-angle").fill("2")
     press(azimuth.locator(".move"))
     wait_for_text(page.locator("#plan-text"), "at up to 5 °/s")
+    jog(page)  # to another place: the plan goes
+    page.mouse.up()
+    assert page.locator("#plan").is_hidden()
+    wait_for(lambda: abs(rate(page)) < STANDSTILL_DEG_S, "stands after the jog")
+    here = standing(servo)["position_deg"]
+    press(azimuth.locator(".move"))
+    wait_for(page.locator("#plan").is_visible, "a new plan")
     assert abs(standing(servo)["position_deg"] - here) < 0.01  # nothing has moved yet
     press(page.get_by_role("button", name="Move", exact=True))
     wait_for(lambda: abs(standing(servo)["position_deg"] - here - 2) < 0.01, "arrives")

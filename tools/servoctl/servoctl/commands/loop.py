@@ -20,7 +20,7 @@ def measure_loop(
     with session.out.progress() as bar:
         task = bar.add_task(what, total=stimulus.plan(axis).duration_s)
         return loop_test.measure_loop(
-            device, axis, stimulus, limits, hold_other, lambda passed_s: bar.update(task, completed=passed_s)
+            device, axis, stimulus, limits, hold_other, lambda passed_s, _rate_rad_s: bar.update(task, completed=passed_s)
         )
 
 

@@ -139,7 +139,7 @@ def run_rates(
         task = bar.add_task(what, total=len(rates) * TICK_S)
         return send_rates(
             device, AXES.index(axis), rates, period, limits, hold_other, interpolation,
-            lambda passed_s: bar.update(task, completed=passed_s),
+            lambda passed_s, _rate_rad_s: bar.update(task, completed=passed_s),
         )  # fmt: skip
 
 

@@ -180,9 +180,9 @@ class Commission:
         self._engine = jobs.engine
         self._device = device
 
-    @staticmethod
-    def _program() -> IdentifyProgram:
-        return IdentifyProgram(find_identify(None))
+    def _program(self) -> IdentifyProgram:
+        """A stop ends it, and so does an order while it only shows what would be."""
+        return IdentifyProgram(find_identify(None), lambda: self._engine.look_after(self._device))
 
     def dry_run(self, axis: int, name: str, step: str, travel_deg: tuple[float, float] | None, speed_deg_s: float | None) -> dict[str, Any]:
         """What a step would move, as `identify --dry-run`: nothing moves, and no file stays."""
@@ -345,13 +345,9 @@ class Commission:
             if not unlock:
                 need_unlock(proposal.locked)
             axis, total = proposal.axis, wanted.plan(AXES[proposal.axis]).duration_s
-
-            def progress(passed_s: float) -> None:
-                self._engine.busy(f"tune: {100 * min(passed_s / total, 1.0):.0f} %")
-
             modes = {axis: power.CYCLIC_VELOCITY, 1 - axis: power.NO_MODE}
             with self._engine.without_stream(self._device, modes):
-                tried = tune_run.try_out(self._device, proposal, wanted, unlock, partial(measure_loop, progress=progress))
+                tried = tune_run.try_out(self._device, proposal, wanted, unlock, partial(measure_loop, progress=self._jobs.progress(axis, "tune", total)))
             files = tune_run.write_files(find(name), self._device, proposal, tried)
         name_of_axis = AXES[axis]
         text = f"{name_of_axis} has the new gains" if tried.kept else f"{name_of_axis} has its old gains again: {tried.reasons}"

@@ -36,6 +36,7 @@ from ..recorded_signals import RecordedSignals
 from ..recording import Recorder
 from ..signal_stream import SETS, Samples, Signal, SignalStream
 from ..stop_frames import StopFrames
+from ..units import degrees
 from .held_axis import HeldAxis
 from .jobs import Jobs
 from .page_words import of_page
@@ -104,6 +105,8 @@ class Engine:
         self._place = place
         self._jobs: queue.Queue[tuple[Job, Order | None, Future[Any]] | None] = queue.Queue()
         self._ordered: set[Future[Any]] = set()
+        self._order: Order | None = None
+        """Of the job that runs; None for one that changes nothing."""
         self._stops = 0
         self._withdrawn = ""
         self._end = threading.Event()
@@ -230,8 +233,24 @@ class Engine:
             self._events.append({"number": self._event_count, "time": time.time(), "text": text, "kind": kind})
 
     def busy(self, text: str) -> None:
-        """What the thread of the bus does for a longer time; states are old meanwhile."""
+        """What the thread of the bus does for a longer time."""
         self._busy = text
+
+    def measured(self, axis: int, rate_rad_s: float | None, text: str) -> None:
+        """Of a job that measures: it has the rate of its axis, which is enabled, and nothing else is read meanwhile."""
+        self.busy(text)
+        unread = {"position_deg": None, "rate_deg_s": None, "torque_percent": None, "doing": "is not read meanwhile"}
+        moving = {"state": power.ENABLED, "rate_deg_s": None if rate_rad_s is None else degrees(rate_rad_s), "doing": f"is measured: {text}"}
+        self._axes = [found | unread | (moving if found["axis"] == AXES[axis] else {}) for found in self._axes]
+
+    def look_after(self, device: Device) -> None:
+        """Of a job that computes, ten times a second: the states stay fresh. Raises MotionError after a stop, and in a job that
+        changes nothing when an order waits for it."""
+        self.refresh(device)
+        if device.stopped.is_set():
+            raise MotionError("left, because the axes were stopped.")
+        if self._order is None and self._ordered:
+            raise MotionError("left, because the page that commands has given an order: ask again.")
 
     def events(self, after: int) -> list[dict[str, Any]]:
         """Those with a number above `after`."""
@@ -411,6 +430,7 @@ class Engine:
         job, order, future = entry
         if not future.set_running_or_notify_cancel():
             return
+        self._order = order
         try:
             self._check(order)
             future.set_result(job(jobs))

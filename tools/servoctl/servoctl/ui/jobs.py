@@ -28,7 +28,7 @@ from ..loop_test import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
 from ..moves import plan_data, plan_to
 from ..node_limits import limits_data, read_limits
 from ..parameter import AXES, Parameter, Value
-from ..rate_run import send_rates
+from ..rate_run import Progress, send_rates
 from ..shapes import SETPOINT_TICKS as SHAPE_TICKS
 from ..shapes import plan_shape
 from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, delays, plan_step
@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from .engine import Engine
 
 BODE_LINES = 50
+PLACE_DEG = 0.5
+"""By so much an axis may have left the place that a motion was planned for."""
 COMMAND = "ui"
 """In the journal."""
 
@@ -113,7 +115,20 @@ class Jobs:
         here = drive.position()
         target = here + radians(angle_deg) if relative else radians(angle_deg)
         found = self._checked(drive, here, target, radians(rate_deg_s))
-        return plan_data(found) | {"target_deg": angle_deg if not relative else number_of_degrees(target)}
+        return plan_data(found) | {
+            "from_deg": number_of_degrees(here), "target_deg": angle_deg if not relative else number_of_degrees(target)
+        }  # fmt: skip
+
+    @staticmethod
+    def _still_at(drive: Drive, from_deg: float | None) -> float:
+        """The position, rad, which must be the one that a plan was made for, if any; raises MotionError."""
+        here = drive.position()
+        if from_deg is not None and abs(degrees(here) - from_deg) > PLACE_DEG:
+            raise MotionError(
+                f"{drive.name} has moved since this was planned, from {from_deg:.3f}° to {degrees(here):.3f}°: nothing moves; plan"
+                " it again."
+            )
+        return here
 
     @staticmethod
     def _checked(drive: Drive, here: float, target: float, rate: float) -> Plan:
@@ -123,16 +138,17 @@ class Jobs:
         found.check(ANY, drive)
         return found
 
-    def move(self, axis: int, target_deg: float, rate_deg_s: float) -> None:
-        """To an angle."""
+    def move(self, axis: int, target_deg: float, rate_deg_s: float, from_deg: float) -> None:
+        """To an angle, from the one that it was planned for."""
         held = self._need(axis)
-        self._checked(held.drive, held.drive.position(), radians(target_deg), radians(rate_deg_s))
+        self._checked(held.drive, self._still_at(held.drive, from_deg), radians(target_deg), radians(rate_deg_s))
         held.move([radians(target_deg)], radians(rate_deg_s))
 
-    def swing(self, axis: int, travel_deg: float, rate_deg_s: float) -> None:
-        """Back and forth between here and an angle away, until it is stopped or another motion begins."""
+    def swing(self, axis: int, travel_deg: float, rate_deg_s: float, from_deg: float | None = None) -> None:
+        """Back and forth between here, where it was planned unless that is None, and an angle away, until it is stopped or
+        another motion begins."""
         held = self._need(axis)
-        here = held.drive.position()
+        here = self._still_at(held.drive, from_deg)
         target = here + radians(travel_deg)
         self._checked(held.drive, here, target, radians(rate_deg_s))
         held.move([target, here], radians(rate_deg_s), forever=True)
@@ -150,13 +166,15 @@ class Jobs:
         angles[AZIMUTH], why = lasting_cue(Drive(self._device, AZIMUTH), angles[AZIMUTH], rate)
         return angles, why
 
-    def cue(self, angles_deg: list[float], rate_deg_s: float, target_rate_deg_s: float | None) -> None:
-        """Both axes to angles at once."""
+    def cue(
+        self, angles_deg: list[float], rate_deg_s: float, target_rate_deg_s: float | None, from_deg: list[float]
+    ) -> None:  # fmt: skip
+        """Both axes to angles at once, from those that it was planned for."""
         both = [self._need(axis) for axis in range(len(AXES))]
         angles, _ = self._cue(angles_deg, target_rate_deg_s)
-        for held, target in zip(both, angles, strict=True):
+        for held, target, place in zip(both, angles, from_deg, strict=True):
             held.need_rest()
-            self._checked(held.drive, held.drive.position(), target, radians(rate_deg_s))
+            self._checked(held.drive, self._still_at(held.drive, place), target, radians(rate_deg_s))
         for held, target in zip(both, angles, strict=True):
             held.move([target], radians(rate_deg_s))
 
@@ -165,7 +183,11 @@ class Jobs:
         drives = [Drive(self._device, axis) for axis in range(len(AXES))]
         angles, why = self._cue(angles_deg, target_rate_deg_s)
         rate = radians(rate_deg_s)
-        plans = [plan_data(self._checked(d, d.position(), target, rate)) for d, target in zip(drives, angles, strict=True)]
+        places = [drive.position() for drive in drives]
+        plans = [
+            plan_data(self._checked(drive, here, target, rate)) | {"from_deg": number_of_degrees(here)}
+            for drive, here, target in zip(drives, places, angles, strict=True)
+        ]
         plans[AZIMUTH]["text"] += why
         return plans
 
@@ -198,6 +220,14 @@ class Jobs:
             if held.follows:
                 held.rest()
 
+    # --- measurements -----------------------------------------------------------------------------------------------
+
+    def progress(self, axis: int, what: str, duration_s: float) -> Progress:
+        """For a measurement: the page shows how far it is, and the rate of the axis."""
+        return lambda passed_s, rate_rad_s: self._engine.measured(
+            axis, rate_rad_s, f"{what}: {100 * min(passed_s / duration_s, 1.0):.0f} %"
+        )
+
     # --- step ----------------------------------------------------------------------------------------------------------
 
     def plan_step(self, axis: int, amplitude_deg_s: float, hold_s: float) -> dict[str, Any]:
@@ -217,7 +247,7 @@ class Jobs:
         with self._engine.without_stream(self._device, {axis: power.CYCLIC_VELOCITY}):
             run = send_rates(
                 self._device, axis, planned.rates, SETPOINT_TICKS, limits, interpolation=1,
-                progress=lambda passed_s: self._engine.busy(f"step: {100 * passed_s / total:.0f} %"),
+                progress=self.progress(axis, "step", total),
             )  # fmt: skip
         records = cut_steps(run, hold_s)
         note = "" if len(records) == planned.steps else f"only {len(records)} of {planned.steps} steps undisturbed: {delays(run)}"
@@ -241,7 +271,7 @@ class Jobs:
         with self._engine.without_stream(self._device, {axis: power.CYCLIC_VELOCITY}):
             run = send_rates(
                 self._device, axis, planned.rates, SHAPE_TICKS, limits,
-                progress=lambda passed_s: self._engine.busy(f"{shape}: {100 * passed_s / plan.duration_s:.0f} %"),
+                progress=self.progress(axis, shape, plan.duration_s),
             )  # fmt: skip
         self._engine.say(f"{AXES[axis]}: {shape} done")
         error = degrees(1) * (run.demand - run.answer)
@@ -276,7 +306,7 @@ class Jobs:
         with self._engine.without_stream(self._device, {axis: power.CYCLIC_VELOCITY}):
             measured = measure_loop(
                 self._device, AXES[axis], wanted, limits,
-                progress=lambda passed_s: self._engine.busy(f"Bode plot: {100 * passed_s / plan.duration_s:.0f} %"),
+                progress=self.progress(axis, "Bode plot", plan.duration_s),
             )  # fmt: skip
         self._loops[axis] = measured
         self._engine.say(f"{AXES[axis]}: speed loop measured")

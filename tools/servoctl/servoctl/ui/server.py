@@ -334,7 +334,8 @@ def _job(what: str, message: dict[str, Any]) -> Callable[[Jobs], Any]:
         if what == "plan":
             relative = bool(message["relative"])
             return lambda jobs: jobs.plan(axis, relative, angle, rate)
-        return lambda jobs: getattr(jobs, what)(axis, angle, rate)
+        place = _real(message, "from_deg")
+        return lambda jobs: getattr(jobs, what)(axis, angle, rate, place)
     if what in ("plan_step", "step"):
         axis, amplitude, hold = _axis(message), _real(message, "amplitude_deg_s"), _real(message, "hold_s")
         return lambda jobs: getattr(jobs, what)(axis, amplitude, hold)
@@ -350,7 +351,10 @@ def _job(what: str, message: dict[str, Any]) -> Callable[[Jobs], Any]:
     if what in ("plan_cue", "cue"):
         angles, rate = [_real(message, f"{name}_deg") for name in AXES], _real(message, "rate_deg_s")
         target_rate = _optional(message, "target_rate_deg_s")
-        return lambda jobs: getattr(jobs, what)(angles, rate, target_rate)
+        if what == "plan_cue":
+            return lambda jobs: jobs.plan_cue(angles, rate, target_rate)
+        places = [_real(message, f"{name}_from_deg") for name in AXES]
+        return lambda jobs: jobs.cue(angles, rate, target_rate, places)
     if what == "scope_arm":
         signals, on, trigger = [int(each) for each in message["signals"]], int(message["on"]), str(message["trigger"])
         rate, duration, pre, level = (_real(message, key) for key in ("rate_hz", "duration_s", "pre_s", "level"))

@@ -1,6 +1,6 @@
 // The card of an axis: its state, and what moves it.
 
-import { confirmPlan } from "./plan.js";
+import { cancelPlan, confirmPlan } from "./plan.js";
 
 const JOG_WORD_MS = 80;
 // After this long the state shows a jog that runs.
@@ -62,6 +62,7 @@ export class AxisCard {
 
   jog(button, sign) {
     if (this.jogging || button.disabled) return;
+    cancelPlan(); // it was made for the place that the axis leaves
     this.jogging = button;
     this.spoken = this.begun = performance.now();
     button.classList.add("active");
@@ -100,7 +101,7 @@ export class AxisCard {
     if (!plan) return;
     const again = what === "swing" ? " and back, again and again until it is stopped" : "";
     if (await confirmPlan(plan, again, what === "swing" ? "until stopped" : undefined)) {
-      this.ask(what, { axis: this.axis, angle_deg: what === "swing" ? angle : plan.target_deg, rate_deg_s: rate });
+      this.ask(what, { axis: this.axis, angle_deg: what === "swing" ? angle : plan.target_deg, rate_deg_s: rate, from_deg: plan.from_deg });
     }
   }
 

@@ -66,7 +66,8 @@ export class Track {
       target_rate_deg_s: $("track-target-rate").value === "" ? null : Number($("track-target-rate").value) };
     const plans = await this.ask("plan_cue", values);
     if (!plans || !(await confirmPlan(plans))) return;
-    await this.ask("cue", values);
+    const [azimuth, pitch] = plans;
+    await this.ask("cue", { ...values, azimuth_from_deg: azimuth.from_deg, pitch_from_deg: pitch.from_deg });
   }
 
   async follow() {
