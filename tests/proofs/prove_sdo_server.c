@@ -1,11 +1,15 @@
-/* SDO server, for every request (any 8 bytes), answer that was sent, tick and reset, from any state that satisfies
- * `is_good`, on objects of any type, size and access:
- * - the next state satisfies `is_good`, too: a transfer is open exactly when one is under way, in its own direction;
- *   sub-blocks have 1 to 127 segments, and none begins beyond the size;
+/* SDO server, from any state that satisfies `is_good`, on objects of any type, size and access:
+ * - with BLOCK_TRANSFERS 1: every segment, confirmation and end of a block transfer (any 8 bytes), and what is sent
+ * next;
+ * - with 0: a tick, with every request that initiates a transfer (any 8 bytes) and any answer of an owner that was not
+ *   finished; an answer that was sent; a reset.
+ * After each:
+ * - the state satisfies `is_good`, too: a transfer is open exactly when one is under way, in its own direction;
+ * sub-blocks have 1 to 127 segments, and none begins beyond the size;
  * - bytes are read, written and committed only in an open transfer of that direction, at most 7 at a time, and what is
  *   read lies within the size; a transfer begins only when none is open;
  * - no access outside the server and a request.
- * The dictionary, the transfer (prove_sdo_transfer.c) and the CRC are replaced by their contracts. No bound. */
+ * The dictionary, the transfer (prove_sdo_transfer.c) and the CRC are replaced by their contracts. */
 #include "canopen/crc_xmodem.h"
 #include "canopen/sdo_protocol.h"
 
@@ -111,7 +115,8 @@ static bool is_good(void) {
   const bool under_way = server.state != SDO_IDLE;
   return server.state <= SDO_COMMITTING && server.transfer.open == under_way &&
          (!under_way || server.transfer.writing == is_writing_state(server.state)) &&
-         (!under_way || server.transfer.writing || server.offset <= server.transfer.size) && block_is_good() && server.quiet_ms <= SDO_QUIET_MS && server.silent_ms < SDO_TIME_OUT_MS;
+         (!under_way || server.transfer.writing || server.offset <= server.transfer.size) && block_is_good() &&
+         server.quiet_ms <= SDO_QUIET_MS && server.silent_ms < SDO_TIME_OUT_MS;
 }
 
 static od_entry any_entry(void) {
@@ -156,6 +161,35 @@ static void any_state(const object_dictionary *dictionary) {
   ASSUME(is_good());
 }
 
+static void block_transfer(const uint8_t request[SDO_BYTES]) {
+  const uint8_t operation = any_u8();
+  if (operation == 0) {
+    ASSUME(server.state == SDO_BLOCK_DOWNLOADING);
+    sdo_block_download_segment(&server, request);
+  } else if (operation == 1) {
+    ASSUME(server.state == SDO_BLOCK_DOWNLOAD_END);
+    sdo_block_download_end(&server, request);
+  } else if (operation == 2) {
+    ASSUME((request[0] & 3u) != 0); /* what initiates an upload comes with the tick */
+    sdo_block_upload_receive(&server, request);
+  } else {
+    const uint8_t *answer = sdo_server_outgoing(&server);
+    REQUIRE(answer == (server.reply_waiting ? server.reply : NULL), "the answer is the one that waits");
+  }
+}
+
+/* The tick takes the request that waits: any that initiates a transfer. */
+static void pass_time(void) {
+  const uint8_t operation = any_u8();
+  if (operation == 0) {
+    sdo_server_tick(&server);
+  } else if (operation == 1) {
+    sdo_server_sent(&server);
+  } else {
+    sdo_server_reset(&server);
+  }
+}
+
 int main(void) {
   const object_dictionary dictionary = {&part, 1, NULL};
   one = any_entry();
@@ -163,18 +197,10 @@ int main(void) {
   any_state(&dictionary);
   uint8_t request[SDO_BYTES];
   any_eight(request);
-  const uint8_t operation = OPERATION;
-  if (operation == 0) {
-    sdo_server_receive(&server, request);
-  } else if (operation == 1) {
-    const uint8_t *answer = sdo_server_outgoing(&server);
-    REQUIRE(answer == (server.reply_waiting ? server.reply : NULL), "the answer is the one that waits");
-  } else if (operation == 2) {
-    sdo_server_sent(&server);
-  } else if (operation == 3) {
-    sdo_server_tick(&server);
+  if (BLOCK_TRANSFERS) {
+    block_transfer(request);
   } else {
-    sdo_server_reset(&server);
+    pass_time();
   }
   REQUIRE(is_good(), "the state is good after each operation");
   return 0;

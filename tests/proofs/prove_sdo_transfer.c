@@ -39,7 +39,8 @@ static od_abort read_piece(void *owner, const od_object *object, uint32_t offset
   return any_refusal();
 }
 
-static od_abort write_piece(void *owner, const od_object *object, uint32_t offset, const uint8_t *bytes, uint32_t length) {
+static od_abort write_piece(void *owner, const od_object *object, uint32_t offset, const uint8_t *bytes,
+                            uint32_t length) {
   (void)owner;
   (void)object;
   (void)bytes;
@@ -84,7 +85,8 @@ static bool is_good(void) {
   }
   const bool stream = transfer.object.entry->type == OD_DOMAIN;
   if (transfer.writing) {
-    return transfer.position <= transfer.size && transfer.position < OD_SIZE_UNKNOWN && (stream || transfer.position <= SDO_BUFFER_BYTES);
+    return transfer.position <= transfer.size && transfer.position < OD_SIZE_UNKNOWN &&
+           (stream || transfer.position <= SDO_BUFFER_BYTES);
   }
   return stream || transfer.size <= SDO_BUFFER_BYTES;
 }
