@@ -18,6 +18,7 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
     tuning->previous = *parameters;
     tuning->proven = *parameters;
     tuning->proven_is_active = true;
+    tuning->can_take_back = false;
     tuning->quiet_ticks = 0;
     tuning->overridden = false;
     tuning->judging = false;
@@ -29,12 +30,24 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
   return status;
 }
 
+/* All guarded values are equal. Without the table, because a change of the set has little time: 20 comparisons. */
+#define SAME_NOTHING(...)
+#define SAME_ROW(index_, sub_, flags_, group_, member_, ...) \
+  same = same && (((flags_)&OD_GUARDED) == 0 || one->group_.member_ == other->group_.member_);
+#define SAME_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(SAME_ROW, sub_, side_, title_)
+static bool names_same_machine(const axis_parameters *one, const axis_parameters *other) {
+  bool same = true;
+  AXIS_PARAMETERS(SAME_NOTHING, SAME_ROW, SAME_ROW, SAME_ROW, SAME_DIRECTION, SAME_NOTHING)
+  return same;
+}
+
 static void activate(axis_tuning *tuning, const axis_parameters *set) {
   tuning->previous = tuning->active;
   tuning->active = *set;
   tuning->changes++;
   tuning->active_crc = axis_parameters_crc(&tuning->active);
   tuning->proven_is_active = tuning->active_crc == axis_parameters_crc(&tuning->proven);
+  tuning->can_take_back = !tuning->proven_is_active && names_same_machine(&tuning->active, &tuning->proven);
   tuning->quiet_ticks = 0;
 }
 
@@ -191,6 +204,7 @@ void axis_tuning_ran(axis_tuning *tuning, bool closed) {
   if (tuning->quiet_ticks >= AXIS_TUNING_PROVEN_TICKS) {
     tuning->proven = tuning->active;
     tuning->proven_is_active = true;
+    tuning->can_take_back = false;
   }
 }
 

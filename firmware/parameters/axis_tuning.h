@@ -23,6 +23,7 @@ typedef struct {
   axis_parameters
       proven; /* the last set that ran long enough without oscillation; before the first: that of the start */
   bool proven_is_active;
+  bool can_take_back;   /* there is a proven set other than the active one, for the same motor and plant */
   uint32_t quiet_ticks; /* with the active set, a loop closed and no oscillation */
   uint32_t active_crc;
   uint32_t stored_crc;       /* of the stored values; maintained by the owner of the store */
@@ -69,8 +70,9 @@ void axis_tuning_stage_previous(axis_tuning *tuning);
  * calls the active set is proven. Call it every ms. */
 void axis_tuning_ran(axis_tuning *tuning, bool closed);
 
-/* Returns whether there is a proven set other than the active one. */
-static inline bool axis_tuning_can_take_back(const axis_tuning *tuning) { return !tuning->proven_is_active; }
+/* Returns whether there is a proven set other than the active one, for the same motor and plant: these are guarded, and
+ * never come back without the lock. */
+static inline bool axis_tuning_can_take_back(const axis_tuning *tuning) { return tuning->can_take_back; }
 
 /* Restores the proven set and closes the loop with `holding_nm` as initial torque. Call when the active set makes the
  * axis oscillate. The staged set stays. */

@@ -559,6 +559,23 @@ static void test_gains_that_shake_an_axis_are_taken_back_reported_and_logged(voi
   }
 }
 
+/* The set before is that of another motor: its 16 A must not come back without the lock. */
+static void test_gains_that_shake_stop_the_axis_when_its_motor_data_have_changed_too(void) {
+  SET(ACCESS, WORD, OPEN);
+  SET(0x6007, 0, 0);
+  SET_FLOAT(0x2055, 6, 15.0f);
+  SET(PARAMETER_SET, 1, 1);
+  enable(0, PV);
+  SET(0x60FF, 0, 50000);
+  wait_ms(1000);
+  SET_FLOAT(GAINS, 1, 20000.0f);
+  SET(PARAMETER_SET, 1, 4);
+  sent_count = 0;
+  wait_ms(1000);
+  expect_reported(0, 0x8480, FAULT_OSCILLATION);
+  CHECK_SAME("A", 15.0, node.axis[0].tuning.active.motor.current_limit_a);
+}
+
 /* --- reports of the board
  * --------------------------------------------------------------------------------------------- */
 
@@ -825,6 +842,7 @@ int main(void) {
   RUN_TEST(test_an_implausible_sample_is_reported_while_the_axis_is_in_another_fault);
   RUN_TEST(test_faults_of_one_code_are_each_reported_and_over_together);
   RUN_TEST(test_gains_that_shake_an_axis_are_taken_back_reported_and_logged);
+  RUN_TEST(test_gains_that_shake_stop_the_axis_when_its_motor_data_have_changed_too);
   RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
   RUN_TEST(test_what_the_board_reports_of_an_axis_is_its_fault);

@@ -322,6 +322,35 @@ static void test_the_set_of_the_start_counts_as_proven(void) {
   TEST_ASSERT_EQUAL_MEMORY(&defaults, &tuning.proven, sizeof defaults);
 }
 
+/* Each value in turn: motor and plant need the lock, and would return without it. */
+static void test_a_set_is_not_taken_back_when_a_guarded_value_has_changed_since(void) {
+  int guarded = 0;
+  for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
+    const od_entry *entry = &axis_parameters_table.entries[i];
+    if (axis_parameters_has(entry)) {
+      setUp();
+      const float value = axis_parameters_value(&tuning.staged, entry);
+      const float other = 0.999f * value + 0.001f * (value < 1.0f ? (float)entry->high.f : (float)entry->low.f);
+      memcpy((uint8_t *)&tuning.staged + entry->offset, &other, sizeof other);
+      if (axis_tuning_apply(&tuning, &axis, &in_force, SERVO_TICK_S) == CONTROL_OK && other != value) {
+        guarded += (entry->flags & OD_GUARDED) != 0;
+        TEST_ASSERT_EQUAL((entry->flags & OD_GUARDED) == 0, axis_tuning_can_take_back(&tuning));
+      }
+    }
+  }
+  TEST_ASSERT_GREATER_OR_EQUAL(10, guarded);
+}
+
+static void test_a_set_for_other_motor_data_is_proven_as_any(void) {
+  tuning.staged.motor.current_limit_a = 1.0f;
+  TEST_ASSERT_EQUAL(CONTROL_OK, apply(700.0f));
+  for (int ms = 0; ms < AXIS_TUNING_PROVEN_TICKS; ++ms) {
+    axis_tuning_ran(&tuning, true);
+  }
+  TEST_ASSERT_EQUAL(CONTROL_OK, apply(690.0f));
+  TEST_ASSERT_TRUE(axis_tuning_can_take_back(&tuning));
+}
+
 static void test_a_set_that_is_taken_back_is_gone(void) {
   axis.mode = SERVO_SPEED;
   TEST_ASSERT_EQUAL(CONTROL_OK, apply(700.0f));
@@ -354,6 +383,8 @@ int main(void) {
   RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);
   RUN_TEST(test_another_set_must_run_as_long_before_it_is_proven);
   RUN_TEST(test_the_set_of_the_start_counts_as_proven);
+  RUN_TEST(test_a_set_is_not_taken_back_when_a_guarded_value_has_changed_since);
+  RUN_TEST(test_a_set_for_other_motor_data_is_proven_as_any);
   RUN_TEST(test_a_set_that_is_taken_back_is_gone);
   return UNITY_END();
 }

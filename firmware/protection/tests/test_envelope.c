@@ -180,6 +180,26 @@ static void test_no_adversary_passes_the_end_of_the_travel(void) {
   LOG_VALUE("share of the stated distance", worst_share);
 }
 
+/* The figures of docs/safety.md: the shipped machines from the over-speed limit, without a disturbance and with the
+ * largest one that 2060:19 counts, which takes what the motor has beyond it. */
+static void test_the_stated_distances_are_those_of_the_shipped_machines(void) {
+  static const struct {
+    const char *what;
+    double torque_nm;
+    double inertia_kg_m2;
+    double a; /* 2060:19 */
+    double calm_mrad;
+    double wind_mrad;
+  } machines[] = {{"azimuth, mrad", 40.0, 6.0, 5.0, 7.1, 9.9}, {"pitch, mrad", 24.0, 2.5, 7.2, 8.1, 11.5}};
+  for (unsigned i = 0; i < sizeof machines / sizeof machines[0]; ++i) {
+    const double full_rad_s2 = machines[i].torque_nm / machines[i].inertia_kg_m2;
+    const machine calm = {full_rad_s2, 0.0, 0.002, 0.00012};
+    const machine wind = {full_rad_s2, 1.0 - machines[i].a / full_rad_s2, 0.002, 0.00012};
+    CHECK_NEAR(machines[i].what, machines[i].calm_mrad, 1e3 * allowed_rad(&calm, machines[i].a, 1.5), 0.05);
+    CHECK_NEAR(machines[i].what, machines[i].wind_mrad, 1e3 * allowed_rad(&wind, machines[i].a, 1.5), 0.05);
+  }
+}
+
 /* The judge sees an envelope that trusts in more than the machine has. */
 static void test_a_deceleration_that_the_machine_does_not_have_is_not_enough(void) {
   const machine m = {4.67, 0.0, 0.002, 0.00012};
@@ -604,6 +624,7 @@ static void test_braking_holds_and_ends_at_rest(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_no_adversary_passes_the_end_of_the_travel);
+  RUN_TEST(test_the_stated_distances_are_those_of_the_shipped_machines);
   RUN_TEST(test_a_deceleration_that_the_machine_does_not_have_is_not_enough);
   RUN_TEST(test_both_ends_and_both_directions_are_alike);
   RUN_TEST(test_an_axis_may_catch_up_with_its_set_point_when_a_stop_begins_but_not_pass_it);

@@ -194,9 +194,9 @@ class SequenceRun {
   SequenceRun(const AttackBench& bench, const NamedSequence& sequence, const SequencePlace& place, EventLog *log)
       : sequence_(sequence),
         axis_(place.axis),
+        together_(place.together),
         direction_(place.direction),
         distance_rad_(place.distance_rad),
-        together_(place.together),
         setup_(sequence.wide || sequence.approach == Approach::kBeyondHalfTurn ? bench.shipped() : bench.narrow()),
         master_(log),
         node_(setup_, kSeed, start_angles(), {master_.receiver(), flash_.areas(), true}),
@@ -398,9 +398,9 @@ class SequenceRun {
 
   const NamedSequence& sequence_;
   int axis_;
+  bool together_;
   double direction_;
   double distance_rad_;
-  bool together_;
   const NodeSetup& setup_;
   FlashMemory flash_;
   FrameMaster master_;
@@ -409,8 +409,6 @@ class SequenceRun {
   EventReporter reporter_;
   SequenceResult result_;
   double last_rate_rad_s_ = 0;
-  bool streams_ = false;
-  bool films_ = false;
   double filmed_s_ = 0;  // since the axis tracks
   CameraSender sender_{kCameraCobId};
   CameraFrame picture_;
@@ -418,6 +416,8 @@ class SequenceRun {
   double target_rad_s_ = 0;                 // of `axis_`
   double time_s_ = 0;
   int ticks_ = 0;
+  bool streams_ = false;
+  bool films_ = false;
 };
 
 // Azimuth and pitch, up and down, at several distances from the end; only azimuth can turn more than half a turn.

@@ -26,7 +26,7 @@ from .errors import InputError
 from .gain_set import about
 from .gains_file import write_gains
 from .identified import Identified, add_machine, read_identified
-from .identify_program import IdentifyProgram, read_json
+from .identify_program import IdentifyProgram, new_name, read_json
 from .limits import allowed_travel
 from .node_limits import read_limits
 from .parameter import AXES, Parameter, Value
@@ -202,7 +202,7 @@ class Identification:
 
     def _write_progress(self) -> None:
         path = self.folder / PROGRESS
-        new = path.with_suffix(".new")  # a full disk leaves the old one
+        new = new_name(path)  # a full disk leaves the old one
         try:
             new.write_text(json.dumps({"format": _FORMAT, "version": 1, **asdict(self._progress)}, indent=2) + "\n", encoding="utf-8")
             new.replace(path)
@@ -247,5 +247,7 @@ class Identification:
         from .identification_report import write_identification_report
 
         path = self.folder / REPORT
-        write_identification_report(path, AXES[self.axis], identified, plant, recording, residuals, outcome)
+        new = new_name(path)
+        write_identification_report(new, AXES[self.axis], identified, plant, recording, residuals, outcome)
+        new.replace(path)
         return path

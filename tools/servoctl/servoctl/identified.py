@@ -10,7 +10,7 @@ from typing import Any
 from .device import Device
 from .drive import Drive
 from .errors import InputError
-from .identify_program import read_json
+from .identify_program import new_name, read_json
 from .parameter import AXES, AXIS_SHIFT, Parameter, Value
 from .test_plan import Envelope
 from .schema import Schema
@@ -144,8 +144,10 @@ def add_machine(path: Path, device: Device, axis: int, envelope: Envelope) -> No
         "travel_deg": [degrees(envelope.lowest_rad), degrees(envelope.highest_rad)],
         "other_axis_deg": degrees(Drive(device, 1 - axis).position()),
     }  # fmt: skip
+    new = new_name(path)
     try:
-        path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+        new.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+        new.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,8 @@ class IdentifyProgram:
         ]  # fmt: skip
         if identified is not None:
             words += ["--identified", str(identified), *(["--structure"] if structure else [])]
-        self._run([*words, *_written("--json", plan)])
+        with _kept_whole(plan) as (new,):
+            self._run([*words, *_written("--json", new)])
         test_plan = read_test_plan(plan)
         test_plan.check(envelope, str(plan))
         return test_plan
@@ -80,16 +82,18 @@ class IdentifyProgram:
         self, recording: Path, result: Path, residuals: Path | None = None, structure: Path | None = None
     ) -> bool:
         """Whether every parameter was found; `result` is written in both cases."""
-        words = ["fit", str(recording), *_written("--json", result)]
-        words += ["--residuals", str(residuals)] if residuals else []
-        words += ["--structure", str(structure)] if structure else []
-        return self._run(words, (REFUSED_SOME, REFUSED_SOME_BEFORE)) == FITTED
+        with _kept_whole(*([residuals] if residuals else []), result) as (*left, new):
+            words = ["fit", str(recording), *_written("--json", new)]
+            words += ["--residuals", str(left[0])] if left else []
+            words += ["--structure", str(structure)] if structure else []
+            return self._run(words, (REFUSED_SOME, REFUSED_SOME_BEFORE)) == FITTED
 
     def design(self, identified: Path, requirements: Path, parameters: Path, design: Path) -> Any:
         """The gains for given requirements, in the form of design.json."""
         words = ["design", "--identified", str(identified), "--wishes", str(requirements)]
         words += ["--parameters", str(parameters)]
-        self._run([*words, *_written("--json", design)])
+        with _kept_whole(design) as (new,):
+            self._run([*words, *_written("--json", new)])
         return read_json(design, "trackservo-design")
 
     def _run(self, words: list[str], good_in_silence: tuple[int, ...] = ()) -> int:
@@ -122,6 +126,27 @@ class IdentifyProgram:
             except BaseException:
                 program.kill()
                 raise
+
+
+@contextlib.contextmanager
+def _kept_whole(*files: Path) -> Iterator[list[Path]]:
+    """Names beside theirs for the results of a run. They take their places when it has succeeded, the last one last: what a
+    run leaves that is ended, or whose disk is full, are the files before it."""
+    new = [new_name(file) for file in files]
+    try:
+        yield new
+        for written, file in zip(new, files, strict=True):
+            written.replace(file)
+    except OSError as error:
+        raise InputError(f"{error.filename}: cannot be written: {error.strerror}.") from error
+    finally:
+        for written in new:
+            written.unlink(missing_ok=True)
+
+
+def new_name(file: Path) -> Path:
+    """Beside it, for what takes its place when it is whole."""
+    return file.with_name(f"{file.stem}.new{file.suffix}")
 
 
 def _written(option: str, file: Path) -> tuple[str, str, str]:

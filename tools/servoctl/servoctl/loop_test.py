@@ -26,6 +26,7 @@ from .limits import Limits, Plan, span
 from .loop_model import SpeedLoopGains, controller, open_loop, read_gains
 from .parameter import AXES
 from .rate_run import Progress, send_rates, silent
+from .tuning import Tuning
 from .units import TICK_S, degrees
 
 SETPOINT_TICKS = 2
@@ -104,6 +105,7 @@ def measure_loop(
 ) -> MeasuredLoop:  # fmt: skip
     """Moves the axis, with the other one held if `hold_other`; raises MotionError when noise hides too much."""
     number = AXES.index(axis)
+    Tuning(device, "bode").refuse_foreign_stage({number})  # the node reads back what is staged, not what is in force
     gains = read_gains(device, number)
     run = send_rates(device, number, stimulus.rates(), SETPOINT_TICKS, limits, hold_other, progress=progress)
     demand, answer, lost = run.demand, run.answer, run.lost

@@ -24,6 +24,15 @@ from servoctl.ui.server import Site, listen, web_server
 from servoctl.ui.viewers import QUEUE, Viewer
 
 
+def test_an_answer_reaches_a_page_that_is_behind() -> None:
+    viewer = Viewer(1, "slow")
+    viewer.send({"reply": 7})
+    for tick in range(2 * QUEUE):
+        viewer.send({"state": {"tick": tick}})
+    waiting = [viewer.queue.get_nowait() for _ in range(viewer.queue.qsize())]
+    assert waiting[0] == '{"reply": 7}' and len(waiting) == QUEUE
+
+
 def test_samples_that_a_slow_page_does_not_get_are_counted() -> None:
     page = Viewer(1, "slow")
     batch = struct.pack("<II", 25, 8) + bytes(25 * 36)

@@ -21,8 +21,10 @@ from websockets.typing import Origin
 
 from servoctl.bus import parse_bus
 from servoctl.device import Device
+from servoctl.drive import Drive
 from servoctl.errors import ConnectionFailed
 from servoctl.signal_stream import SignalStream
+from servoctl.stop_frames import StopFrames
 from servoctl.ui import engine
 from servoctl.ui.access import Access
 from servoctl.ui.engine import Engine
@@ -401,6 +403,43 @@ def test_a_full_disk_is_a_sentence_and_the_axis_goes_on(server: Server) -> None:
         page.ask("disable", axis=0)
 
 
+def test_an_axis_that_no_plan_has_named_does_not_follow(server: Server) -> None:
+    with server.page() as page:
+        page.ask("enable", axis=0)
+        planned = {f"{plan['axis']}_from_deg": plan["here_deg"] for plan in page.ask("plan_follow")}
+        page.ask("enable", axis=1)
+        refused = page.answer(page.send("follow", camera_id="541", **planned))["error"]
+        assert refused == "other axes are enabled than when this was planned: nothing moves; plan it again."
+
+
+def test_a_choice_that_is_none_is_refused_and_the_signals_stay(server: Server) -> None:
+    with server.page() as page:
+        assert page.answer(page.send("choose", choice="all"))["error"] == "there is no choice of signals 'all'."
+        assert server.engine.state()["stream"]["choice"] == "both" and server.states() == [OFF, OFF]
+
+
+def test_a_stop_that_a_lost_link_cuts_short_is_done_when_it_is_found(
+    servo: Bench, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The axis is held by another master, whom the lost link does not stop."""
+    servo.json("state", "azimuth", "enable")
+    quick_stop, lost = Drive.quick_stop, ["once"]
+
+    def fail(drive: Drive) -> None:
+        if lost:
+            lost.clear()
+            raise ConnectionResetError("the adapter was pulled")
+        quick_stop(drive)
+
+    monkeypatch.setattr(Drive, "quick_stop", fail)
+    monkeypatch.setattr(StopFrames, "send", lambda _frames: None)
+    with server.page() as page:
+        page.send("stop")
+        wait_for(lambda: any("connection lost" in event for event in page.events), "the link is lost")
+        wait_for(lambda: any("azimuth stopped and off" in event for event in page.events), "the stop")
+        assert standing(servo)["state"] == OFF
+
+
 # --- pages that fall silent ---------------------------------------------------------------------------------------------
 
 
@@ -420,6 +459,17 @@ def swing(page: Socket) -> None:
     """Azimuth moves back and forth."""
     motion = {"axis": 0, "angle_deg": 20.0, "rate_deg_s": 5.0}
     page.ask("swing", from_deg=page.ask("plan", relative=True, **motion)["from_deg"], **motion)
+
+
+def test_command_is_taken_from_a_page_that_is_silent_and_from_no_other(server: Server) -> None:
+    with server.page() as page, server.page(commands=False) as other:
+        assert "ask there to release it" in other.answer(other.send("take"))["error"]
+        page.beats = False
+        wait_for(lambda: server.engine.commander_is_silent, "the page is silent")
+        other.ask("take")
+        assert "this page only views" in page.answer(page.send("enable", axis=0))["error"]
+        other.ask("enable", axis=0)
+        server.engine.stop("the test ends")
 
 
 def jogging(server: Server, page: Socket) -> None:

@@ -286,6 +286,10 @@ def test_a_viewers_page_stops_nothing_but_its_button_does(
         assert card(viewer, "azimuth").get_by_role("button", name="Disable").is_disabled()
         viewer.reload()
         wait_for_text(viewer.locator("#who"), "commands since")
+        viewer.evaluate("trackservo.connection.socket.close()")
+        wait_for_text(viewer.locator("#link"), "no server")
+        wait_for_text(viewer.locator("#who"), "commands since")
+        assert sum("connected to" in each for each in viewer.locator("#events li").all_text_contents()) == 1  # each event once
         wait_for(lambda: viewer.evaluate("trackservo.plots.frames") > 3, "the viewer's plots are drawn")
         with opened(browser, server) as third:
             assert third.locator("#stop").is_enabled()

@@ -78,8 +78,12 @@ def test_an_axis_is_identified_and_tuned_in_steps_that_can_be_left(
         assert not list((servo.folder / "state").glob("commissioning/*"))
         assert standing(servo)["state"] == "switch on disabled" and abs(standing(servo)["position_deg"] - here) < 0.2
 
-        start(page)
-        wait_for_text(page.locator("#co-progress-text"), "first look: speed sweep")
+        wait_for_text(page.locator("#co-go"), "Start …")
+        press(page.locator("#co-go"))
+        wait_for_text(page.locator("#plan-text"), "azimuth will move")
+        page.locator("#co-axis").select_option("1")  # what moves is what the plan has shown
+        press(page.get_by_role("button", name="Move", exact=True))
+        wait_for_text(page.locator("#co-progress-text"), "azimuth, first look: speed sweep")
         wait_for(lambda: page.evaluate("trackservo.plots.signals.length") == 3, "the plot shows what is recorded")
         remember(page, "keydown")
         page.keyboard.press("Escape")

@@ -51,6 +51,8 @@ def test_the_device_stops_by_itself_when_the_server_is_killed(servo: Bench, brow
         jog(page)
         server.process.kill()
         wait_for_text(page.locator("#trouble"), "This page commanded, so the axes stop meanwhile.")
+        assert page.locator("#link").text_content() == "no server"
+        assert card(page, "azimuth").locator(".angle").text_content() == "–"  # nothing old is shown as present
         last = page.evaluate("trackservo.plots.history.lastTick")  # that the server has sent
         wait_for(lambda: standing(servo)["state"] == "fault", "at rest, in the fault")
     check_reaction(servo, "server killed", last)

@@ -70,6 +70,7 @@ def test_a_jog_is_recorded_and_opened_again(servo: Bench, server: Server, browse
         assert there.whole and len(there.samples.ticks) == shown["count"] > 1000 * (RECORDED_S - 1)
         assert abs(there.time_s[-1] - shown["end"]) < 1e-3
         assert np.max(there.column("azimuth rate")) > 1.0
+        assert page.request.get(f"{server.link}recordings/{name}/samples?from=nan").status == 404
         live = page.evaluate("trackservo.plots.seen")
         wait_for(lambda: page.evaluate("trackservo.plots.seen") > live + 100, "the live samples go on behind it")
         press(page.get_by_role("button", name="Back to live"))

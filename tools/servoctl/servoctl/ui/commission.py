@@ -101,8 +101,8 @@ def _done(folder: Path) -> list[str]:
     except InputError:  # one folder hides no other; whoever opens it reads what is wrong
         parts = []
     found = [part for part in parts if part != FIRST_LOOK or (folder / FIRST_LOOK_RESULT).exists()]
-    files = {"identify": RESULT, "design": "design.json", "tune": tune_run.PAGE}
-    return found + [step for step, file in files.items() if (folder / file).exists()]
+    files = {"identify": (RESULT, REPORT), "design": ("design.json",), "tune": (tune_run.PAGE,)}  # the last one is written last
+    return found + [step for step, names in files.items() if all((folder / name).exists() for name in names)]
 
 
 def details(name: str) -> dict[str, Any]:
@@ -260,6 +260,7 @@ class Commission:
                 with Commissioning(self._device, run.axis, run.envelope) as machine:
                     self._engine.show(RecordedSignals(machine.recorder, run.axis, drive.position()))
                     for part in parts:
+                        self._engine.commissioning = {"axis": name, "part": part, "what": "is planned", "done_s": 0.0, "duration_s": 1.0}
                         plan = run.plan(part)
                         outcome = run.run(part, machine, plan, self._reporter(name, part, plan.duration_s))
                         self._engine.say(f"{name}: {part} recorded to {run.recording(part)}")

@@ -26,7 +26,7 @@ from ..axis_state import read_axis
 from ..can_bits import frame_bits
 from ..device import Device
 from ..drive import QUICK_STOP_ACTIVE, Drive
-from ..errors import ConnectionFailed, MotionError, ServoctlError
+from ..errors import ConnectionFailed, InputError, MotionError, Refused, ServoctlError
 from ..fault_table import FaultTable, find_faults
 from ..interrupts import deaf
 from ..loop_test import MeasuredLoop
@@ -36,6 +36,7 @@ from ..recorded_signals import RecordedSignals
 from ..recording import Recorder
 from ..signal_stream import SETS, Samples, Signal, SignalStream
 from ..stop_frames import StopFrames
+from ..tuning import set_state
 from ..units import degrees
 from .held_axis import HeldAxis
 from .jobs import Jobs
@@ -45,6 +46,7 @@ STEP_S = 0.02
 POLL_S = 0.1
 CAMERA_POLL_S = 1.0
 """While no axis follows."""
+SETTINGS_POLL_S = 1.0
 RETRY_S = 0.25
 STREAM_SILENT_S = 2.0
 JOG_SILENT_S = 0.3
@@ -52,6 +54,11 @@ JOG_SILENT_S = 0.3
 COMMANDER_SILENT_S = 1.0
 REJOIN_S = 5.0
 """After a lost link: the node misses our heartbeat within a second, by its own clock."""
+
+UNREAD = {
+    "state": "unknown", "mode": "", "position_deg": None, "rate_deg_s": None, "torque_percent": None, "doing": "is not read meanwhile",
+}  # fmt: skip
+"""Of an axis, while a job measures."""
 
 Job = Callable[[Jobs], Any]
 
@@ -152,6 +159,10 @@ class Engine:
         self._opened_s = self._operational_s = 0.0
         self._no_stream = ""
         self._camera_polled_s = 0.0
+        self._settings_polled_s = 0.0
+        self._settings_turn = 0
+        self._sets: list[list[int] | None] = [None] * len(AXES)
+        """CRCs of the active and the stored set of each axis, and whether values are staged."""
         self._tracking: dict[str, Any] | None = None
         self._threads = [
             threading.Thread(target=target, name=name, daemon=True)
@@ -221,6 +232,12 @@ class Engine:
         self._commander_seen_s = time.monotonic() if present else None
 
     @property
+    def commander_is_silent(self) -> bool:
+        """The page that commands has said nothing for so long that what it held was stopped."""
+        seen = self._commander_seen_s
+        return seen is None or time.monotonic() - seen > COMMANDER_SILENT_S
+
+    @property
     def anything_held(self) -> bool:
         """The page has enabled an axis, measures on one, or has ordered something that is not done yet."""
         return bool(self._held or self._busy or self._ordered)
@@ -239,9 +256,11 @@ class Engine:
     def measured(self, axis: int, rate_rad_s: float | None, text: str) -> None:
         """Of a job that measures: it has the rate of its axis, which is enabled, and nothing else is read meanwhile."""
         self.busy(text)
-        unread = {"position_deg": None, "rate_deg_s": None, "torque_percent": None, "doing": "is not read meanwhile"}
-        moving = {"state": power.ENABLED, "rate_deg_s": None if rate_rad_s is None else degrees(rate_rad_s), "doing": f"is measured: {text}"}
-        self._axes = [found | unread | (moving if found["axis"] == AXES[axis] else {}) for found in self._axes]
+        rate_deg_s = None if rate_rad_s is None else degrees(rate_rad_s)
+        moving = {"state": power.ENABLED, "rate_deg_s": rate_deg_s, "doing": f"is measured: {text}"}
+        self._axes = [found | UNREAD | (moving if found["axis"] == AXES[axis] else {}) for found in self._axes]
+        if self._load is not None:
+            self._load.update()
 
     def look_after(self, device: Device) -> None:
         """Of a job that computes, ten times a second: the states stay fresh. Raises MotionError after a stop, and in a job that
@@ -267,6 +286,7 @@ class Engine:
             "link": self._link,
             "node": self._node,
             "axes": self._axes,
+            "sets": self._sets,
             "tracking": self._tracking,
             "recording": {"name": recorder.path.name, "samples": recorder.samples, "error": recorder.error} if recorder else None,
             "scope": {"phase": self._scope_phase, "waited_s": scope.waited_s, "captured_s": scope.captured_s} if scope else None,
@@ -357,9 +377,9 @@ class Engine:
             self._why = "the link was lost" if self._unfinished else self._why
         if self._why is not None:
             self._stop_at_once(device, frames)
-        self._device, self._stop_frames, self._load = device, frames, load
         jobs = Jobs(self, device, self._held)
         self._read_node(device, identity)
+        self._device, self._stop_frames, self._load = device, frames, load
         self._link = {"up": True, "text": f"{self._place}"}
         self.say(f"connected to {self._place}", "good")
         if not frames.complete:
@@ -458,17 +478,30 @@ class Engine:
         with self._lock:
             why, self._why = self._why, None
             stopped, self._stopped = self._stopped, set()
-        enabled = (power.ENABLED, QUICK_STOP_ACTIVE)
-        moving = [AXES[a] for a in range(len(AXES)) if a in self._held or a in stopped or Drive(device, a).state() in enabled]
+        moving = self._moving(device, stopped)
         self._leave_all(MotionError(f"stopped: {why}"))
         for axis in range(len(AXES)):
             try:
                 Drive(device, axis).quick_stop()
             except MotionError as error:  # the other axis is stopped, too
                 self.say(str(error), "bad")
+            except BaseException:  # the link is lost: the stop waits for it
+                with self._lock:
+                    self._why = self._why or why
+                    self._stopped |= stopped
+                raise
         device.stopped.clear()
         what = f"{' and '.join(moving)} stopped and off" if moving else "nothing was enabled"
         self.say(f"stop: {why}; {what}", "bad" if moving else "note")
+
+    def _moving(self, device: Device, stopped: set[int]) -> list[str]:
+        """Names of the axes that a stop finds enabled, for people."""
+        found = []
+        for axis, name in enumerate(AXES):
+            with contextlib.suppress(ServoctlError, can.CanError, OSError):  # the stop itself comes next
+                if axis in self._held or axis in stopped or Drive(device, axis).state() in (power.ENABLED, QUICK_STOP_ACTIVE):
+                    found.append(name)
+        return found
 
     def _leave_all(self, error: BaseException | None) -> None:
         for axis in list(self._held):
@@ -517,9 +550,22 @@ class Engine:
             self._poll(device)
             self._polled_s = now
 
+    def _poll_settings(self, device: Device) -> None:
+        """Limits and parameter set of one axis, the axes in turn: another tool may change them. Not while an axis is held, which
+        every transfer keeps waiting."""
+        now = time.monotonic()
+        if self._held or now - self._settings_polled_s < SETTINGS_POLL_S:
+            return
+        self._settings_polled_s = now
+        axis = self._settings_turn = (self._settings_turn + 1) % len(AXES)
+        self._limits[axis] = limits_data(read_limits(Drive(device, axis)))
+        found = set_state(device, axis)
+        self._sets[axis] = [found.active_crc, found.stored_crc, found.staged_differs] if found else None
+
     def _poll(self, device: Device) -> None:
         """States of the axes by SDO; raises ConnectionFailed when the node is silent."""
         nmt = str(device.node.nmt.state).lower()
+        self._poll_settings(device)
         axes = []
         for axis in range(len(AXES)):
             found = read_axis(device, axis)
@@ -615,6 +661,8 @@ class Engine:
 
     def choose(self, device: Device, choice: str) -> None:
         """Other signals."""
+        if choice not in SETS:
+            raise InputError(f"there is no choice of signals '{choice}'.")
         if self.recorder is not None and choice != self._choice:
             raise MotionError("these signals are being recorded: end the recording before you choose others.")
         self._close_stream()
@@ -634,12 +682,17 @@ class Engine:
             for axis, mode in modes.items():
                 self._stop_frames.note_mode(axis, mode)
         self.busy("measures")
+        self._axes = [found | UNREAD for found in self._axes]
         self._measured = set(modes)
         try:
             yield
         except BaseException:
-            with contextlib.suppress(ServoctlError, can.CanError, OSError):  # a lost link shows by itself, and hides no error of the job
+            try:
                 self._measured_all(device)
+            except (ConnectionFailed, can.CanError, OSError):  # shows by itself, and hides no error of the job
+                self._unfinished = True
+            except ServoctlError:
+                pass
             raise
         else:
             self._measured_all(device)
@@ -658,7 +711,7 @@ class Engine:
         try:
             stream = SignalStream(device, self._choice)
             stream.__enter__()
-        except MotionError as error:
+        except (MotionError, InputError, Refused) as error:
             if str(error) != self._no_stream:
                 self.say(f"no plot: {error}", "bad")
             self._no_stream = str(error)

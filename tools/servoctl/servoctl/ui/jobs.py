@@ -111,7 +111,7 @@ class Jobs:
 
     def plan(self, axis: int, relative: bool, angle_deg: float, rate_deg_s: float) -> dict[str, Any]:
         """What a move would do; raises InputError when the node does not allow it."""
-        drive = Drive(self._device, axis)
+        drive = self._held[axis].drive if axis in self._held else Drive(self._device, axis)  # which counts its turns
         here = drive.position()
         target = here + radians(angle_deg) if relative else radians(angle_deg)
         found = self._checked(drive, here, target, radians(rate_deg_s))
@@ -180,7 +180,7 @@ class Jobs:
 
     def plan_cue(self, angles_deg: list[float], rate_deg_s: float, target_rate_deg_s: float | None) -> list[dict[str, Any]]:
         """What a cue would do; raises InputError when the node does not allow it."""
-        drives = [Drive(self._device, axis) for axis in range(len(AXES))]
+        drives = [self._held[axis].drive if axis in self._held else Drive(self._device, axis) for axis in range(len(AXES))]
         angles, why = self._cue(angles_deg, target_rate_deg_s)
         rate = radians(rate_deg_s)
         places = [drive.position() for drive in drives]
@@ -191,17 +191,20 @@ class Jobs:
         plans[AZIMUTH]["text"] += why
         return plans
 
-    def follow(self, camera_id: str) -> list[str]:
-        """The enabled axes follow what the camera sees, as with `servoctl track`; their names. Without an identifier the
-        node must have a mapping of its own."""
+    def follow(self, camera_id: str, places_deg: dict[int, float]) -> list[str]:
+        """The enabled axes follow what the camera sees, as with `servoctl track`; their names. `places_deg` are the places of
+        the axes that it was planned for. Without an identifier the node must have a mapping of its own."""
         if not self._held:
             raise MotionError("no axis is enabled here: enable those that shall follow.")
+        if self._held.keys() != places_deg.keys():
+            raise MotionError("other axes are enabled than when this was planned: nothing moves; plan it again.")
         identifier = tracking.parse_identifier(camera_id) if camera_id else None
         chosen = [self._held[axis] for axis in sorted(self._held)]
         for held in chosen:
             tracking.check_supported(self._device, held.drive.axis)
             held.need_rest()
             held.release()
+            self._still_at(held.drive, places_deg[held.drive.axis])
         self._engine.map_camera(self._device, identifier)
         tracking.check_frames(self._device, identifier, tracking.FIRST_FRAME_S)
         follow(chosen)
@@ -318,9 +321,11 @@ class Jobs:
         }  # fmt: skip
 
     def predict(self, axis: int) -> dict[str, Any] | None:
-        """The open loop with the present gains and the plant measured last; None before a measurement."""
+        """The open loop with the present gains and the plant measured last; None before a measurement, and while values are
+        staged, which are all that the node reads back."""
         measured = self._loops.get(axis)
-        if measured is None:
+        state = set_state(self._device, axis)
+        if measured is None or (state is not None and state.staged_differs):
             return None
         return _loop(AXES[axis], measured, measured.loop_with(read_gains(self._device, axis)))
 
@@ -451,13 +456,14 @@ class Jobs:
     @contextlib.contextmanager
     def word(self, unlock: bool, word: str) -> Iterator[None]:
         """The owner's word for the lock, as far as one is set; the library would ask for it in the terminal."""
-        if unlock and not word and lock_state(self._device).has_word:
+        started_with = self._device.access_word
+        if unlock and not (word or started_with) and lock_state(self._device).has_word:
             raise InputError("the owner of this node has set an access word: enter it beside 'Unlock'.")
-        self._device.access_word = word or None
+        self._device.access_word = word or started_with
         try:
             yield
         finally:
-            self._device.access_word = None
+            self._device.access_word = started_with
 
     def save(self) -> dict[str, Any]:
         """A gains file of both axes."""

@@ -231,7 +231,7 @@ class Site:
         if what == "stop":
             return None
         if what == "take":
-            self._viewers.take(viewer)
+            self._viewers.take(viewer, self._engine.commander_is_silent)
             self._engine.commander_seen()
             self._engine.say(f"page {viewer.number} ({viewer.name}) commands")
             return None
@@ -273,7 +273,7 @@ async def _recorded_samples(request: Request) -> Response:
     """At most SHOWN_S of it from `from` s on: the length of a description, the description (JSON), and samples (`pack`)."""
     try:
         path = recording.find(request.path_params["name"])
-        from_s = float(request.query_params.get("from", "0"))
+        from_s = _real({"from_s": request.query_params.get("from", "0")}, "from_s")
         found = await asyncio.to_thread(recording.read, path, from_s, SHOWN_S)
     except (InputError, ValueError) as error:
         return PlainTextResponse(str(error), 404)
@@ -301,6 +301,8 @@ async def _answered(found: Callable[[], Any]) -> Response:
         return JSONResponse(await asyncio.to_thread(found))
     except (InputError, OSError) as error:
         return PlainTextResponse(str(error), 404)
+    except (KeyError, TypeError, ValueError) as error:
+        return PlainTextResponse(f"a file of this identification was not written by servoctl: {error!r}.", 404)
 
 
 async def _commissioned_file(request: Request) -> Response:
@@ -361,7 +363,8 @@ def _job(what: str, message: dict[str, Any]) -> Callable[[Jobs], Any]:
         return lambda jobs: jobs.scope_arm(signals, rate, duration, pre, trigger, on, level)
     if what == "follow":
         identifier = str(message["camera_id"]).strip()
-        return lambda jobs: jobs.follow(identifier)
+        following = {axis: _real(message, f"{name}_from_deg") for axis, name in enumerate(AXES) if f"{name}_from_deg" in message}
+        return lambda jobs: jobs.follow(identifier, following)
     if what == "choose":
         choice = str(message["choice"])
         return lambda jobs: jobs.choose(choice)

@@ -45,8 +45,17 @@ class Viewer:
 
     def _put(self, message: str | bytes) -> None:
         if self.queue.full():
-            self._count(self.queue.get_nowait())
+            self._make_room()
         self.queue.put_nowait(message)
+
+    def _make_room(self) -> None:
+        """The oldest samples or state give way, not an answer or an event that somebody waits for; without any of them, the
+        oldest message."""
+        waiting = [self.queue.get_nowait() for _ in range(self.queue.qsize())]
+        oldest = next((n for n, each in enumerate(waiting) if isinstance(each, bytes) or each.startswith('{"state"')), 0)
+        self._count(waiting.pop(oldest))
+        for each in waiting:
+            self.queue.put_nowait(each)
 
     def _count(self, message: str | bytes) -> None:
         """The samples of a message that is not sent; their number is its first word."""
@@ -74,9 +83,9 @@ class Viewers:
         self.all.remove(viewer)
         return self.release(viewer)
 
-    def take(self, viewer: Viewer) -> None:
-        """It commands from now on; raises MotionError while another one does."""
-        if self.commander not in (None, viewer):
+    def take(self, viewer: Viewer, silent: bool = False) -> None:
+        """It commands from now on; raises MotionError while another one does that is not `silent`."""
+        if self.commander not in (None, viewer) and not silent:
             raise MotionError(f"{self.describe()}: ask there to release it.")
         self.commander, self.since = viewer, time.time()
 

@@ -148,5 +148,7 @@ export class AxisCard {
     const chip = this.find(".state");
     chip.textContent = "unknown";
     chip.className = "state chip";
+    for (const selector of [".angle", ".rate", ".torque", ".mode"]) this.find(selector).textContent = "–";
+    this.find(".doing").textContent = "";
   }
 }

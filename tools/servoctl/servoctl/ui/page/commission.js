@@ -35,6 +35,9 @@ function table(caption, columns, rows) {
   return element("div", { className: "scroll" }, element("table", {}, element("caption", { textContent: caption }), element("thead", {}, head), element("tbody", {}, ...body)));
 }
 
+// Undefined without the server: the page says so by itself.
+const get = (path) => fetch(path).catch(() => undefined);
+
 export class Commission {
   // `stop` leaves a step that moves; `changed` is called when gains may have changed.
   constructor(ask, stop, changed) {
@@ -57,8 +60,8 @@ export class Commission {
   // --- what there is ----------------------------------------------------------------------------------------------------
 
   async list(name = this.name) {
-    const answer = await fetch("commissioning");
-    if (!answer.ok) return;
+    const answer = await get("commissioning");
+    if (!answer?.ok) return;
     const mine = (await answer.json()).filter((each) => each.axis === AXES[this.axis]);
     $("co-name").replaceChildren(new Option("a new one", ""), ...mine.map((each) => new Option(`${each.name.slice(-16)}: ${each.done.at(-1) ?? "begun"}`, each.name)));
     await this.open(mine.some((each) => each.name === name) ? name : mine[0]?.name ?? "");
@@ -66,7 +69,7 @@ export class Commission {
 
   async open(name) {
     $("co-name").value = name;
-    const answer = name ? await fetch(`commissioning/${name}`) : null;
+    const answer = name ? await get(`commissioning/${name}`) : null;
     this.take(answer?.ok ? await answer.json() : null);
     if (answer && !answer.ok) $("co-note").textContent = await answer.text();
     this.choose(this.next());
@@ -144,9 +147,9 @@ export class Commission {
     return { axis: this.axis, low_deg: value("co-low"), high_deg: value("co-high"), rate_deg_s: value("co-rate") };
   }
 
-  async dryRun() {
+  async dryRun(limits = this.limits(), name = this.name, step = this.step) {
     $("co-note").textContent = "";
-    const found = await this.ask("dry_run", { ...this.limits(), name: this.name, step: this.step });
+    const found = await this.ask("dry_run", { ...limits, name, step });
     if (found) this.showPlan(found, "dry run: nothing was moved");
     return found;
   }
@@ -166,15 +169,16 @@ export class Commission {
   }
 
   async measure() {
-    const step = this.step;
-    const found = await this.dryRun();
+    const [step, limits, taken] = [this.step, this.limits(), this.name]; // those that are shown are those that move
+    const found = await this.dryRun(limits, taken, step);
     if (!found) return;
     $("co-note").textContent = "";
     const seconds = found.plans.reduce((sum, plan) => sum + plan.duration_s, 0);
     if (!(await confirmPlan([], `${found.envelope} ${found.plans.map((plan) => `${plan.title}: ${plan.summary}`).join(" ")} About ${seconds.toFixed(0)} s in all.`))) return;
-    const name = this.name || (await this.ask("begin", this.limits()));
+    const name = taken || (await this.ask("begin", limits));
     if (!name) return;
-    if (!this.name) await this.list(name);
+    $("co-axis").value = limits.axis;
+    await this.list(name);
     await this.work(step, { name });
   }
 
@@ -184,10 +188,11 @@ export class Commission {
 
   async tune() {
     const number = (id) => $(id).valueAsNumber;
+    const lock = { requirements: this.requirements(), unlock: $("co-unlock").checked, word: $("co-word").value };
     const values = { name: this.name, bias_deg_s: number("co-bias"), amplitude_deg_s: number("co-amplitude"), high_hz: number("co-top"), periods: number("co-periods") };
     const plan = await this.ask("plan_tune", values);
     if (!plan || !(await confirmPlan(plan, ". Gains change meanwhile."))) return;
-    await this.work("tune", { ...values, requirements: this.requirements(), unlock: $("co-unlock").checked, word: $("co-word").value });
+    await this.work("tune", { ...values, ...lock });
   }
 
   // A step on the server; on a refusal or a stop what was finished before it stays.

@@ -18,7 +18,7 @@ export class Connection {
   // A link that is cut, or a server that hangs, closes no socket.
   look() {
     this.looks += 1;
-    if (this.looks >= SILENT_LOOKS && this.socket.readyState === WebSocket.OPEN) this.lose();
+    if (this.looks >= SILENT_LOOKS && this.socket.readyState <= WebSocket.OPEN) this.lose(); // CONNECTING, too
   }
 
   lose() {
@@ -32,6 +32,7 @@ export class Connection {
   }
 
   open() {
+    this.looks = 0;
     this.socket = new WebSocket(`ws://${location.host}/ws`);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {

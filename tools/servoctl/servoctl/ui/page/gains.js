@@ -8,6 +8,7 @@ export class Gains {
     this.ask = ask;
     this.axis = 0;
     this.editsOf = [new Map(), new Map()];
+    this.keys = [null, null];
     this.asked = false;
     this.allowed = false;
     this.onChange = () => {};
@@ -55,6 +56,14 @@ export class Gains {
       const text = `${AXES[Number(button.dataset.gains)]}${count ? ` (${count} new)` : ""}`;
       if (button.textContent !== text) button.textContent = text;
     }
+  }
+
+  // Another page or tool has changed a parameter set.
+  follow(sets) {
+    const key = JSON.stringify(sets[this.axis]);
+    const changed = this.keys[this.axis] && sets[this.axis] && this.keys[this.axis] !== key;
+    this.keys[this.axis] = key;
+    if (changed) this.read();
   }
 
   async read() {
@@ -112,7 +121,7 @@ export class Gains {
     const line = document.createElement("tr");
     line.dataset.name = row.name;
     const cell = (text, className = "number") => Object.assign(document.createElement("td"), { textContent: text, className });
-    const input = Object.assign(document.createElement("input"), { value: this.edits.get(row.name) ?? row.value, inputMode: "decimal", disabled: row.guarded && !this.unlocked, spellcheck: false });
+    const input = Object.assign(document.createElement("input"), { value: this.edits.get(row.name) ?? row.value, inputMode: "decimal", readOnly: row.guarded && !this.unlocked, spellcheck: false });
     input.setAttribute("aria-label", `${row.group} ${row.entry}, ${row.unit || "number"}, ${row.range}`);
     input.classList.toggle("edited", this.edits.has(row.name));
     input.addEventListener("input", () => {

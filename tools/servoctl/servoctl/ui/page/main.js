@@ -44,6 +44,13 @@ function markUnread(count) {
   $("tab-events").classList.toggle("bad", unread > 0);
 }
 
+let newest = 0;
+// After a lost link the server sends those of before, too.
+const addNew = (events) => {
+  addEvents(events.filter((event) => event.time > newest));
+  newest = Math.max(newest, ...events.map((event) => event.time));
+};
+
 function addEvents(events) {
   if ($("panel-events").hidden) markUnread(unread + events.filter((event) => event.kind === "bad").length);
   for (const event of events) {
@@ -63,13 +70,17 @@ const plots = new Plots($("plots"));
 const connection = new Connection({
   samples: (buffer) => plots.add(buffer),
   state: (received) => show(received),
-  events: addEvents,
+  events: addNew,
   lost: () => {
     commanded = commanded || mine;
     mine = false;
     connected = false;
     sayLost();
     for (const card of cards) card.disable();
+    setText($("link"), "no server");
+    $("link").className = "chip bad";
+    for (const id of ["load", "rate", "lost"]) setText($(id), "–");
+    setText($("who"), "");
   },
 });
 
@@ -137,7 +148,7 @@ function show(received) {
   received.axes.forEach((axis) => cards.find((card) => card.name === axis.axis)?.show(axis, mine && link.up && !received.busy));
   if (!link.up) for (const card of cards) card.disable();
   gains.enable(mine && link.up);
-  gainFile.enable(mine && link.up, received.axes.every((axis) => !axis.held && axis.state !== "operation enabled"));
+  gainFile.enable(mine && link.up, !received.busy && received.axes.every((axis) => !axis.held && axis.state !== "operation enabled"));
   const measures = mine && link.up && !received.busy && received.axes.every((axis) => !axis.held && !axis.fault);
   step.enable(measures);
   bode.enable(measures);
@@ -152,6 +163,7 @@ function show(received) {
     cancelPlan();
   }
   if (link.up && !gains.asked) gains.read();
+  else if (link.up) gains.follow(received.sets);
   $("choice").disabled = !mine;
 }
 

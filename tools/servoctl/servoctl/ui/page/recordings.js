@@ -17,10 +17,11 @@ export class Recordings {
   show(state, mayCommand) {
     const { recording, stream } = state;
     this.running = Boolean(recording);
+    this.period = stream.period_ms || this.period;
     $("record").disabled = !(mayCommand && (recording || stream.period_ms));
     $("record").textContent = recording ? "End recording" : "Record";
     $("record").setAttribute("aria-pressed", String(this.running));
-    const text = !recording ? "" : recording.error || `${recording.name}: ${(recording.samples * stream.period_ms / 1000).toFixed(0)} s`;
+    const text = !recording ? "" : recording.error || `${recording.name}: ${(recording.samples * this.period / 1000).toFixed(0)} s`;
     if ($("record-note").textContent !== text) $("record-note").textContent = text;
   }
 
@@ -30,8 +31,8 @@ export class Recordings {
   }
 
   async list() {
-    const answer = await fetch("recordings");
-    if (!answer.ok) return;
+    const answer = await fetch("recordings").catch(() => undefined); // the page says by itself that its server is lost
+    if (!answer?.ok) return;
     const rows = (await answer.json()).map(({ name, bytes, time }) => {
       const row = document.createElement("tr");
       const cell = (content, className = "") => {
@@ -52,7 +53,8 @@ export class Recordings {
 
   // Ten minutes from a time on.
   async open(name) {
-    const answer = await fetch(`recordings/${name}/samples?from=${Math.max(0, Number($("recording-from").value) || 0)}`);
+    const answer = await fetch(`recordings/${name}/samples?from=${Math.max(0, Number($("recording-from").value) || 0)}`).catch(() => undefined);
+    if (!answer) return;
     if (!answer.ok) {
       this.complain(new Error(await answer.text()));
       return;

@@ -52,7 +52,7 @@ export class Track {
 
   // The newest error and the rms of the last second, µrad; null while the live view shows other signals.
   errors(name) {
-    const { history, signals } = this.plots;
+    const { history, signals } = this.plots.live ?? this.plots; // behind a recording that is shown
     const n = signals?.findIndex((signal) => signal.name === name) ?? -1;
     if (n < 0 || !history?.count) return [null, null];
     const first = history.find(history.end - RMS_S);
@@ -71,12 +71,13 @@ export class Track {
   }
 
   async follow() {
+    const camera = $("track-camera").value.trim();
     const axes = await this.ask("plan_follow");
     if (!axes) return;
     const text = axes.map(({ axis, here_deg: here, low_deg: low, high_deg: high, rate_deg_s: rate }) =>
       `${axis} from ${here.toFixed(2)}°, ${low === null ? "without an end of the travel" : `between ${low.toFixed(2)}° and ${high.toFixed(2)}°`}, at up to ${rate.toPrecision(4)} °/s`);
     if (!(await confirmPlan([], `The enabled axes will follow what the camera sees until they are stopped: ${text.join("; ")}.`))) return;
     await this.ask("choose", { choice: "tracking" });
-    await this.ask("follow", { camera_id: $("track-camera").value.trim() });
+    await this.ask("follow", { camera_id: camera, ...Object.fromEntries(axes.map(({ axis, here_deg: here }) => [`${axis}_from_deg`, here])) });
   }
 }
