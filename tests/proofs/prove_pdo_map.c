@@ -8,24 +8,10 @@
  * eight entries is complete. */
 #include "canopen/pdo_map.h"
 
+#include "any_dictionary.h"
 #include "proof.h"
 
-static od_part part;
-static od_entry one;
-static od_entry other;
 static uint8_t memory[8];
-
-od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object) {
-  (void)dictionary;
-  (void)index;
-  (void)sub;
-  if (any_bool()) {
-    return OD_NO_OBJECT;
-  }
-  object->part = &part;
-  object->entry = any_bool() ? &one : &other;
-  return OD_OK;
-}
 
 unsigned od_needed_hooks(const od_object *object) {
   (void)object;

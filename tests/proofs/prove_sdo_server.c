@@ -13,26 +13,12 @@
 #include "canopen/crc_xmodem.h"
 #include "canopen/sdo_protocol.h"
 
+#include "any_dictionary.h"
 #include "proof.h"
 
-static const od_part part;
 static sdo_server server;
-static od_entry one;
-static od_entry other;
 
 static od_abort any_refusal(void) { return any_bool() ? OD_OK : OD_GENERAL; }
-
-od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object) {
-  (void)dictionary;
-  (void)index;
-  (void)sub;
-  if (any_bool()) {
-    return OD_NO_OBJECT;
-  }
-  object->part = &part;
-  object->entry = any_bool() ? &one : &other;
-  return OD_OK;
-}
 
 /* The transfer as prove_sdo_transfer.c has proven it. */
 

@@ -114,18 +114,15 @@ class IdentifyProgram:
 
     def _errors(self, program: subprocess.Popen[str]) -> str:
         """What it has written to its error stream, when it has ended."""
-        while True:
-            try:
-                return program.communicate(timeout=LOOK_S)[1]
-            except subprocess.TimeoutExpired:
+        try:
+            while True:
                 try:
+                    return program.communicate(timeout=LOOK_S)[1]
+                except subprocess.TimeoutExpired:
                     self._meanwhile()
-                except BaseException:
-                    program.kill()
-                    raise
-            except BaseException:
-                program.kill()
-                raise
+        except BaseException:
+            program.kill()
+            raise
 
 
 @contextlib.contextmanager

@@ -98,6 +98,10 @@ class Jobs:
             raise MotionError(f"{AXES[axis]} is not enabled here: enable it first.")
         return self._held[axis]
 
+    def _drive(self, axis: int) -> Drive:
+        """That of the axis, which counts its turns while it is held."""
+        return self._held[axis].drive if axis in self._held else Drive(self._device, axis)
+
     def jog(self, axis: int, rate_deg_s: float) -> None:
         """Runs as long as the page says that the button is held."""
         if rate_deg_s == 0.0:
@@ -111,7 +115,7 @@ class Jobs:
 
     def plan(self, axis: int, relative: bool, angle_deg: float, rate_deg_s: float) -> dict[str, Any]:
         """What a move would do; raises InputError when the node does not allow it."""
-        drive = self._held[axis].drive if axis in self._held else Drive(self._device, axis)  # which counts its turns
+        drive = self._drive(axis)
         here = drive.position()
         target = here + radians(angle_deg) if relative else radians(angle_deg)
         found = self._checked(drive, here, target, radians(rate_deg_s))
@@ -180,7 +184,7 @@ class Jobs:
 
     def plan_cue(self, angles_deg: list[float], rate_deg_s: float, target_rate_deg_s: float | None) -> list[dict[str, Any]]:
         """What a cue would do; raises InputError when the node does not allow it."""
-        drives = [self._held[axis].drive if axis in self._held else Drive(self._device, axis) for axis in range(len(AXES))]
+        drives = [self._drive(axis) for axis in range(len(AXES))]
         angles, why = self._cue(angles_deg, target_rate_deg_s)
         rate = radians(rate_deg_s)
         places = [drive.position() for drive in drives]

@@ -231,7 +231,10 @@ class Site:
         if what == "stop":
             return None
         if what == "take":
+            before = self._viewers.commander
             self._viewers.take(viewer, self._engine.commander_is_silent)
+            if before not in (None, viewer) and self._engine.anything_held:  # the silence would have ended it in this moment
+                self._engine.stop(f"page {viewer.number} took command from a silent page")
             self._engine.commander_seen()
             self._engine.say(f"page {viewer.number} ({viewer.name}) commands")
             return None

@@ -188,11 +188,11 @@ export class Commission {
 
   async tune() {
     const number = (id) => $(id).valueAsNumber;
-    const lock = { requirements: this.requirements(), unlock: $("co-unlock").checked, word: $("co-word").value };
+    const wanted = { requirements: this.requirements(), unlock: $("co-unlock").checked, word: $("co-word").value };
     const values = { name: this.name, bias_deg_s: number("co-bias"), amplitude_deg_s: number("co-amplitude"), high_hz: number("co-top"), periods: number("co-periods") };
     const plan = await this.ask("plan_tune", values);
     if (!plan || !(await confirmPlan(plan, ". Gains change meanwhile."))) return;
-    await this.work("tune", { ...values, ...lock });
+    await this.work("tune", { ...values, ...wanted });
   }
 
   // A step on the server; on a refusal or a stop what was finished before it stays.
