@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::int8_t kTracking = -1;
 constexpr double kAway_s = 1.0;
-constexpr double kJump_nm = 3.0;  // a third of the break-away torque
+constexpr double kJump_nm = 3.0;       // a third of the break-away torque
+constexpr double kCountsPerRad = 1e7;  // of positions
 
 // What the axes do in the other mode.
 struct Leg {
@@ -48,11 +49,40 @@ class TorqueSteps {
   double largest_nm_ = 0.0;
 };
 
+// Set-points of csp and csv, a tick after the other, from where the axes were when it began.
+class CyclicMaster {
+ public:
+  explicit CyclicMaster(const Leg& leg) : leg_(leg) {}
+
+  void begin(sim::DrivenNode& node) {
+    for (int axis = 0; axis < sim::kAxes; ++axis) {
+      wanted_rad_[static_cast<std::size_t>(axis)] = node.axis(axis).objects.position.actual / kCountsPerRad;
+    }
+  }
+
+  void send(sim::DrivenNode& node) {
+    for (int axis = 0; axis < sim::kAxes; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      wanted_rad_[i] += leg_.rate_rad_s[i] * sim::kTick_s;
+      if (leg_.mode == DRIVE_CYCLIC_POSITION) {
+        node.write(axis, 0x607A, 0, std::llround(kCountsPerRad * wanted_rad_[i]));
+      } else if (leg_.mode == DRIVE_CYCLIC_VELOCITY) {
+        node.set_rate(axis, leg_.rate_rad_s[i]);
+      }
+    }
+  }
+
+ private:
+  const Leg& leg_;
+  std::array<double, sim::kAxes> wanted_rad_{};
+};
+
 void command(sim::DrivenNode& node, const Leg& leg) {
   for (int axis = 0; axis < sim::kAxes; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     node.write(axis, 0x60FF, 0, std::llround(1e6 * leg.rate_rad_s[i]));
-    node.write(axis, 0x607A, 0, std::llround(1e7 * leg.cue_rad));
+    const std::int64_t here = leg.mode == DRIVE_CYCLIC_POSITION ? node.axis(axis).objects.position.actual : 0;
+    node.write(axis, 0x607A, 0, here + std::llround(kCountsPerRad * leg.cue_rad));
     node.write(axis, 0x6040, 0, leg.mode == DRIVE_PROFILE_POSITION ? 0x7F : 0x0F);  // relative, at once
     node.write(axis, 0x6060, 0, leg.mode);
   }
@@ -68,10 +98,11 @@ void fly(const Leg& leg, std::uint64_t seed) {
   bench::TrackingNode tracking(bench::tracker_setup(), bench::tracking_scenario(), seed,
                                bench::designed_tracker(TRACKER_PREDICTIVE));
   TorqueSteps steps;
+  CyclicMaster master(leg);
   const auto run = [&](double duration_s, bool set_points) {
     for (const double end_s = tracking.time_s() + duration_s; tracking.time_s() < end_s;) {
-      for (int axis = 0; set_points && axis < sim::kAxes; ++axis) {
-        tracking.node().set_rate(axis, leg.rate_rad_s[static_cast<std::size_t>(axis)]);
+      if (set_points) {
+        master.send(tracking.node());
       }
       tracking.tick();
       steps.look(tracking.node());
@@ -81,8 +112,9 @@ void fly(const Leg& leg, std::uint64_t seed) {
   steps.take_nm();
   run(1.0, false);
   const double before_nm = steps.take_nm();
+  master.begin(tracking.node());
   command(tracking.node(), leg);
-  run(kAway_s, leg.mode == DRIVE_CYCLIC_VELOCITY);
+  run(kAway_s, true);
   steps.take_nm();
   const double away_rad = error_rad(tracking);
   for (int axis = 0; axis < sim::kAxes; ++axis) {
@@ -102,6 +134,7 @@ void test_no_mode_hands_over_to_tracking_with_a_jump() {
   const Leg legs[] = {{"pp, a cue ahead", DRIVE_PROFILE_POSITION, {}, 4e-3},
                       {"pv", DRIVE_PROFILE_VELOCITY, {4e-3, -2e-3}, 0.0},
                       {"csv", DRIVE_CYCLIC_VELOCITY, {4e-3, -2e-3}, 0.0},
+                      {"csp", DRIVE_CYCLIC_POSITION, {4e-3, -2e-3}, 0.0},
                       {"csv, the other way", DRIVE_CYCLIC_VELOCITY, {-4e-3, 4e-3}, 0.0},
                       {"no mode", DRIVE_NO_MODE, {}, 0.0}};
   for (const Leg& leg : legs) {

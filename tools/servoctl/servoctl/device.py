@@ -103,6 +103,7 @@ class Device:
         """Of its lock (0x3040), if the user has given one."""
         self.stopped = threading.Event()
         """Set by a stop from another thread: until it is cleared, no axis is enabled here."""
+        self._given_up = ""
         self._schema_file = schema_file
         self._schema: Schema | None = None
         self.reported_hash: int | None = None
@@ -135,10 +136,20 @@ class Device:
             pass  # the bus disappeared first
         self.turns.close()
 
+    def give_up(self, why: str) -> None:
+        """Every later transfer fails at once, with this sentence: of a node that is silent, or whose bus is lost, each of
+        the steps that end a motion would wait for an answer."""
+        self._given_up = why
+
+    def _need_answers(self) -> None:
+        if self._given_up:
+            raise ConnectionFailed(self._given_up)
+
     # --- objects by index -----------------------------------------------------------------------------------------
 
     def upload(self, index: int, sub: int = 0, name: str = "") -> bytes:
         """Reads an object's bytes; repeats once when the first answer is late or lost."""
+        self._need_answers()
         try:
             with self.turns.transfer(), postponed():
                 try:
@@ -150,6 +161,7 @@ class Device:
 
     def upload_block(self, index: int, sub: int = 0, name: str = "") -> bytes:
         """Reads a long object by block transfer."""
+        self._need_answers()
         try:
             with (
                 self.turns.long_transfer(),
@@ -162,6 +174,7 @@ class Device:
 
     def download(self, index: int, sub: int, data: bytes, name: str = "", timeout_s: float = SDO_TIMEOUT_S) -> None:
         """Writes an object's bytes."""
+        self._need_answers()
         sdo = self.node.sdo
         sdo.RESPONSE_TIMEOUT = timeout_s
         try:
@@ -319,6 +332,8 @@ class Device:
 
     def nmt_state(self, timeout_s: float = HEARTBEAT_TIMEOUT_S) -> str:
         """The state in the next heartbeat; "unknown" when none comes within `timeout_s` by the node's clock."""
+        if self._given_up:
+            return "unknown"
         with contextlib.suppress(canopen.nmt.NmtError):
             return str(self.node.nmt.wait_for_heartbeat(timeout_s)).lower()
         try:

@@ -18,7 +18,7 @@ import can
 from . import power
 from .device import Device
 from .drive import POSITIONING_OPTION, SHORTER_WAY, STANDSTILL_RAD_S, Drive
-from .errors import MotionError, ServoctlError
+from .errors import ConnectionFailed, MotionError, ServoctlError
 from .interrupts import deaf
 from .supervision import MONITOR_MS, Supervision
 from .units import degrees
@@ -181,13 +181,15 @@ class LiveAxis:
 
     def _stop_hard(self) -> None:
         """Repeated once when the bus fails; when it fails again, the device has to brake because our heartbeat is
-        missing."""
+        missing, and what we have borrowed stays as it is."""
         with contextlib.suppress(ServoctlError, can.CanError, OSError):
             return self._stop_quickly()
         try:
             self._stop_quickly()
-        except (ServoctlError, can.CanError, OSError):
+        except (ServoctlError, can.CanError, OSError) as error:
             self._supervision.abandon()
+            if isinstance(error, ConnectionFailed):
+                self.device.give_up(str(error))
             raise
 
     def _stop_quickly(self) -> None:

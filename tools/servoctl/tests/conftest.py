@@ -60,10 +60,10 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Function]) -> None:
     """At the image: those that are marked so; variants of a function see the same at the simulator. With --dist loadgroup all
     tests with a browser run one after the other, and begin first: they share it, and its server."""
-    for item in items:
-        if "chromium" in item.fixturenames:
-            item.add_marker(pytest.mark.xdist_group("browser"))
-    items.sort(key=lambda item: "chromium" not in item.fixturenames)
+    with_browser = [item for item in items if {"chromium", "firefox"} & set(item.fixturenames)]
+    for item in with_browser:
+        item.add_marker(pytest.mark.xdist_group("browser"))
+    items.sort(key=lambda item: item not in with_browser)
     if DEVICE != "image":
         return
     chosen = [item for item in items if item.get_closest_marker("image")]

@@ -331,6 +331,8 @@ class Link:
         self.bus = f"slcan-tcp:127.0.0.1:{self._server.getsockname()[1]}"
         self._sockets: list[socket.socket] = []
         self.whole = True
+        self.mute = False
+        """All that is sent vanishes, and nobody is told."""
         threading.Thread(target=self._accept, daemon=True).start()
 
     def _accept(self) -> None:
@@ -353,11 +355,11 @@ class Link:
             for one, other in ((here, there), (there, here)):
                 threading.Thread(target=self._copy, args=(one, other), daemon=True).start()
 
-    @staticmethod
-    def _copy(one: socket.socket, other: socket.socket) -> None:
+    def _copy(self, one: socket.socket, other: socket.socket) -> None:
         try:
             while data := one.recv(1 << 15):
-                other.sendall(data)
+                if not self.mute:
+                    other.sendall(data)
         except OSError:
             pass
         for end_of_it in (one, other):

@@ -11,7 +11,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from servoctl.bus import parse_bus
 from servoctl.device import Device
 from servoctl.drive import Drive
 from servoctl.errors import ConnectionFailed
+from servoctl.identification import Identification
 from servoctl.signal_stream import SignalStream
 from servoctl.stop_frames import StopFrames
 from servoctl.ui import engine
@@ -30,10 +31,10 @@ from servoctl.ui.access import Access
 from servoctl.ui.engine import Engine
 from servoctl.ui.held_axis import HeldAxis
 from servoctl.ui.jobs import Jobs
-from servoctl.ui.server import Site, listen, web_server
+from servoctl.ui.server import MOST_READINGS, Site, listen, web_server
 
 from .conftest import Bench
-from .page_bench import STANDSTILL_DEG_S, STOP_S, check_stopped, listening, standing, wait_for
+from .page_bench import STANDSTILL_DEG_S, STOP_S, Link, check_stopped, listening, standing, wait_for
 
 pytestmark = pytest.mark.real_time
 SLOW_S = 1.0
@@ -44,6 +45,8 @@ SILENT_S = 1.0
 LONGER_S = 2.0
 OFF = "switch on disabled"
 ENABLED = "operation enabled"
+REFUSED_S = 8.0
+"""Two attempts of 2 s to reach the node at most."""
 
 
 class Socket:
@@ -151,7 +154,7 @@ class Server:
         assert self.states() == [OFF, OFF], page.events if page else ""
         assert not self.engine.anything_held
 
-    def end(self) -> None:
+    def close(self) -> None:
         self._server.should_exit = True
         self._thread.join()
         self._opened.close()
@@ -160,11 +163,15 @@ class Server:
 @pytest.fixture
 def server(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
     """At the servo, both axes off."""
+    surround(servo, monkeypatch)
+    with closing(Server(servo.bus)) as started:
+        yield started
+
+
+def surround(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The server's folders and locks are those of the commands."""
     for name, value in servo.environment.items():
         monkeypatch.setenv(name, value)
-    started = Server(servo.bus)
-    yield started
-    started.end()
 
 
 @pytest.mark.parametrize("order", [{"do": "enable", "axis": 0}, {"do": "step", "axis": 0, "amplitude_deg_s": 1.0, "hold_s": 0.3}])
@@ -240,6 +247,24 @@ def test_an_order_after_a_stop_is_carried_out_and_a_reading_before_it_too(server
         go.set()
         assert "error" not in page.answer(reading) and "error" not in page.answer(enabling)
         wait_for(lambda: server.states()[0] == ENABLED, "enabled")
+
+
+def test_an_order_comes_before_the_readings_that_wait_and_a_page_has_some_of_them(server: Server) -> None:
+    done: list[str] = []
+    with server.page(commands=False) as viewer:
+        go = server.be_slow()
+        answers = [viewer.send("faults") for _ in range(MOST_READINGS + 2)]
+        for asked in answers[MOST_READINGS:]:
+            assert viewer.answer(asked)["error"] == f"this page waits for {MOST_READINGS} answers already: ask again when they are there."
+        reading = server.engine.submit(lambda _jobs: done.append("reading"))
+        order = server.engine.submit(lambda _jobs: done.append("order"), server.engine.order())
+        go.set()
+        for each in (reading, order):
+            each.result(30.0)
+        assert done == ["order", "reading"]
+        for asked in answers[:MOST_READINGS]:
+            assert "result" in viewer.answer(asked)
+        assert viewer.ask("faults")
 
 
 def test_what_waits_when_its_page_has_released_command_is_refused(server: Server) -> None:
@@ -369,14 +394,20 @@ def test_a_motion_that_was_planned_for_another_place_is_refused(servo: Bench, se
         wait_for(lambda: abs(standing(servo)["position_deg"] - again["target_deg"]) < 0.01, "arrives")
 
 
+def endless_program(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Path:
+    """In place of `identify`; the file to which it writes its number when it runs."""
+    program, begun = folder / "identify", folder / "begun"
+    program.write_text(f"#!/bin/sh\necho $$ > {begun}.new\nmv {begun}.new {begun}\nexec sleep 600\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("TRACKSERVO_IDENTIFY", str(program))
+    return begun
+
+
 def test_a_program_that_computes_keeps_nobody_waiting(
     servo: Bench, server: Server, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A viewer's dry run whose program does not end: states stay fresh; an order and a stop leave it."""
-    program, begun = tmp_path / "identify", tmp_path / "begun"
-    program.write_text(f"#!/bin/sh\necho $$ > {begun}.new\nmv {begun}.new {begun}\nexec sleep 600\n")
-    program.chmod(0o755)
-    monkeypatch.setenv("TRACKSERVO_IDENTIFY", str(program))
+    begun = endless_program(monkeypatch, tmp_path)
     with server.page() as page, server.page(commands=False) as viewer:
         for leaves, why in (("start_node", "the page that commands has given an order: ask again"), ("stop", "the axes were stopped")):
             asked = viewer.send("dry_run", axis=0, step="look")
@@ -389,6 +420,24 @@ def test_a_program_that_computes_keeps_nobody_waiting(
             assert viewer.answer(asked)["error"] == f"left, because {why}."
             wait_for(lambda number=number: not Path(f"/proc/{number}").exists(), "the program has ended")  # type: ignore[misc]
             servo.json("state", "pitch", "disable")
+
+
+def test_a_fit_is_left_by_a_stop_and_leaves_no_file(server: Server, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Of the page that has begun it: the recording stays, and the step can be taken up again."""
+    begun = endless_program(monkeypatch, tmp_path)
+    monkeypatch.setenv("SERVOCTL_STATE", str(tmp_path))
+    monkeypatch.setattr(Identification, "is_done", lambda *_: True)
+    with server.page() as page:
+        name = page.ask("begin", axis=0, low_deg=-100.0, high_deg=100.0)
+        folder = tmp_path / "commissioning" / name
+        files = set(folder.iterdir())
+        asked = page.send("look", name=name)
+        wait_for(begun.exists, "the fit runs")
+        wait_for(lambda: server.engine.state()["busy"] == "fits the first look …", "the page shows it")
+        page.ask("stop")
+        assert page.answer(asked)["error"] == "left, because the axes were stopped."
+        wait_for(lambda: not Path(f"/proc/{begun.read_text().strip()}").exists(), "the program has ended")
+        assert set(folder.iterdir()) == files and server.engine.state()["busy"] == ""
 
 
 def test_a_full_disk_is_a_sentence_and_the_axis_goes_on(server: Server) -> None:
@@ -440,11 +489,32 @@ def test_a_stop_that_a_lost_link_cuts_short_is_done_when_it_is_found(
         assert standing(servo)["state"] == OFF
 
 
+def test_a_silent_node_keeps_nothing_waiting(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each step that ends a motion would wait for an answer, eight seconds for an axis, and so would who asks meanwhile."""
+    surround(servo, monkeypatch)
+    with closing(Link(servo.bus)) as link, closing(Server(link.bus)) as server, server.page() as page:
+        for axis in (0, 1):
+            page.ask("enable", axis=axis)
+        link.mute = True
+        wait_for(lambda: any("connection lost" in event for event in page.events), "the silence is noticed")
+        begun = time.monotonic()
+        assert "does not answer" in page.answer(page.send("reset", axis=0))["error"]
+        took_s = time.monotonic() - begun
+        print(f"silent node: an order was refused after {took_s:.1f} s")
+        assert took_s < REFUSED_S
+        link.mute = False
+        wait_for(lambda: bool(server.engine.state()["link"]["up"]), "the node is found again")
+        wait_for(lambda: any("the link was lost; azimuth and pitch stopped and off" in event or "nothing was enabled" in event
+                             for event in page.events), "the stop")
+
+
 # --- pages that fall silent ---------------------------------------------------------------------------------------------
 
 
-def test_a_page_that_stays_silent_and_orders_again_is_stopped_again(server: Server) -> None:
-    """As when its timer has failed: what it orders after the first stop is supervised, too."""
+def test_a_page_that_stays_silent_and_orders_again_is_stopped_again(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As when its timer has failed: what it orders after the first stop is supervised, too. A busy computer takes a second to
+    enable an axis."""
+    monkeypatch.setattr(engine, "COMMANDER_SILENT_S", 2 * LONGER_S)
     said = "stop: the page that commands is silent; azimuth stopped and off"
     with server.page() as page:
         page.beats = False

@@ -14,6 +14,7 @@ from .page_bench import (
     browser,
     opened,
     press,
+    running,
     server,
     servo,
     take_command,
@@ -160,20 +161,30 @@ def test_a_guarded_gain_needs_the_lock_and_the_values_are_stored(servo: Bench, s
         assert servo("diff", backup).code == 0
 
 
+def apply_guarded(page: Page, before: float) -> None:
+    """Unlocks for a new value, and enters no word."""
+    take_command(page)
+    page.locator("#gain-filter").fill("protection over speed")
+    page.locator("#gain-unlock").check()
+    page.locator(f"#gains tr[data-name='{GUARDED}'] input").fill(str(round(0.98 * before, 3)))
+    press(page.get_by_role("button", name="Apply", exact=True))
+
+
 def test_a_lock_with_a_word_asks_for_it(servo: Bench, server: Server, browser: Browser) -> None:
     assert servo("lock", "set-word", "--new", "secret").code == 0
     try:
+        before = servo.value(GUARDED)
         with opened(browser, server) as page:
-            take_command(page)
-            page.locator("#gain-filter").fill("protection over speed")
-            page.locator("#gain-unlock").check()
-            before = servo.value(GUARDED)
-            page.locator(f"#gains tr[data-name='{GUARDED}'] input").fill(str(round(0.98 * before, 3)))
-            press(page.get_by_role("button", name="Apply", exact=True))
+            apply_guarded(page, before)
             wait_for_text(page.locator("#toast"), "has set an access word")
             assert servo.value(GUARDED) == before
             page.locator("#gain-word").fill("secret")
             press(page.get_by_role("button", name="Apply", exact=True))
+            wait_for_text(page.locator("#gain-note"), "applied")
+            press(page.get_by_role("button", name="Undo last change"))
+            wait_for(lambda: bool(servo.value(GUARDED) == before), "undone")
+        with running(servo, "--word", "secret") as knowing, opened(browser, knowing) as page:
+            apply_guarded(page, before)
             wait_for_text(page.locator("#gain-note"), "applied")
             press(page.get_by_role("button", name="Undo last change"))
             wait_for(lambda: bool(servo.value(GUARDED) == before), "undone")
@@ -221,6 +232,17 @@ def test_cursors_show_differences_and_a_pause_holds_the_picture(servo: Bench, se
         zoomed = page.evaluate("trackservo.plots.shown()")
         assert shown[0] < zoomed[0] < zoomed[1] < shown[1]
         assert zoomed[1] - zoomed[0] == pytest.approx(0.5, abs=0.05)
+
+        take_command(page)
+        page.locator("#choice").select_option("azimuth")  # other signals wait behind the picture
+        wait_for(lambda: page.evaluate("trackservo.state().stream.choice") == "azimuth", "other signals come")
+        live = page.evaluate("trackservo.plots.seen")
+        wait_for(lambda: page.evaluate("trackservo.plots.seen") > live + 100, "their samples")
+        assert page.evaluate("trackservo.plots.shown()") == zoomed
+        assert [cell for cell in rows.locator("td:first-child").all_text_contents() if cell.startswith("pitch")]
+        page.locator("#pause").click()
+        wait_for(lambda: not [cell for cell in rows.locator("td:first-child").all_text_contents() if cell.startswith("pitch")], "are shown")
+        page.locator("#choice").select_option("both")
 
 
 def test_a_file_that_is_too_large_is_not_sent(servo: Bench, server: Server, browser: Browser, tmp_path: Path) -> None:

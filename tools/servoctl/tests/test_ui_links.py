@@ -130,17 +130,21 @@ def reset_faults(page: Page) -> None:
         wait_for_state(page, "switch on disabled", axis)
 
 
-def test_a_lost_link_is_shown_as_a_gap_and_nothing_moves_when_it_is_found(servo: Bench, browser: Browser) -> None:
+@pytest.mark.parametrize("what", ["link pulled", "link mute"])
+def test_a_lost_link_is_shown_as_a_gap_and_nothing_moves_when_it_is_found(servo: Bench, browser: Browser, what: str) -> None:
     with closing(Link(servo.bus)) as link, running(servo, "--bus", link.bus) as server, opened(browser, server) as page:
         command_and_enable(page)
         jog(page)
-        link.pull()
+        link.mute = what == "link mute"
+        if not link.mute:
+            link.pull()
         wait_for_text(page.locator("#link"), "no connection")
         last = page.evaluate("trackservo.plots.history.lastTick")  # that came through the link
         wait_for(lambda: standing(servo)["state"] == "fault", "the device stops by itself")
         assert abs(standing(servo)["rate_deg_s"]) < STANDSTILL_DEG_S
-        check_reaction(servo, "link pulled", last)
+        check_reaction(servo, what, last)
         page.mouse.up()
+        link.mute = False
         link.plug()
         wait_for_text(page.locator("#link"), "operational")
         wait_for_state(page, "fault")

@@ -81,6 +81,17 @@ def test_a_target_is_cued_followed_lost_and_left(servo: Bench, server: Server, b
         wait_for_text(page.locator("#track-frames"), "0 dropped")
         assert page.evaluate("trackservo.plots.signals.filter(s => s.plot === 'following error').length") == len(AXES)
 
+        press(page.get_by_role("button", name="Record", exact=True))
+        wait_for_text(page.locator("#record-note"), ".mcap: ")
+        press(page.get_by_role("button", name="End recording"))
+        page.get_by_role("tab", name="Recordings").click()
+        press(page.get_by_role("button", name=re.compile("^Open recording-")).first)
+        wait_for_text(page.locator("#recording-title"), ".mcap")
+        page.get_by_role("tab", name="Tracking").click()
+        shown = tracking(page, 0)[1]
+        wait_for(lambda: tracking(page, 0)[1] not in (shown, "–"), "the error is that of now")
+        press(page.get_by_role("button", name="Back to live"))
+
         target.visible = False
         wait_for(lambda: tracking(page, 0)[0] in ("coasting", "lost"), "the target is gone")
         target.visible = True

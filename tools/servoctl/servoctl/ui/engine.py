@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import itertools
 import queue
 import threading
 import time
@@ -71,6 +72,24 @@ class Order:
     stands: Callable[[], bool] = lambda: True
 
 
+@dataclass(frozen=True)
+class _Entry:
+    """A job that waits for its turn: orders come before readings, which change nothing."""
+
+    order: Order | None
+    number: int
+    job: Job | None
+    """None wakes the thread of the bus."""
+    future: Future[Any]
+
+    def __lt__(self, other: _Entry) -> bool:
+        return self._turn < other._turn
+
+    @property
+    def _turn(self) -> tuple[bool, int]:
+        return self.job is not None and self.order is None, self.number
+
+
 class BusLoad(can.Listener):
     """Counts bits of all frames that are received; those of this program are not."""
 
@@ -110,7 +129,8 @@ class Engine:
         """`place` is the bus and the node, for messages."""
         self._connect = connect
         self._place = place
-        self._jobs: queue.Queue[tuple[Job, Order | None, Future[Any]] | None] = queue.Queue()
+        self._jobs: queue.PriorityQueue[_Entry] = queue.PriorityQueue()
+        self._numbers = itertools.count()
         self._ordered: set[Future[Any]] = set()
         self._order: Order | None = None
         """Of the job that runs; None for one that changes nothing."""
@@ -180,7 +200,7 @@ class Engine:
         """Stops the axes, restores what was borrowed, and ends."""
         self.stop("the server ends")
         self._end.set()
-        self._jobs.put(None)
+        self._put(None)
         for thread in self._threads:
             thread.join(timeout=15.0)
         self.end_recording()
@@ -197,7 +217,7 @@ class Engine:
         with self._lock:
             self._why = why
             self._stopped |= self._measured
-        self._jobs.put(None)
+        self._put(None)
         if device is None:
             self.say(f"{why}: there is no connection to the node; the axes are stopped as soon as there is one", "bad")
 
@@ -213,12 +233,15 @@ class Engine:
 
     def submit(self, job: Job, order: Order | None = None) -> Future[Any]:
         """Runs in the thread of the bus. With an order it is refused when its turn comes after a later stop, or when the
-        order does not stand any more; without one it must change nothing."""
+        order does not stand any more; without one it must change nothing, and waits for all orders."""
+        return self._put(job, order)
+
+    def _put(self, job: Job | None, order: Order | None = None) -> Future[Any]:
         future: Future[Any] = Future()
         if order is not None:
             self._ordered.add(future)
             future.add_done_callback(self._ordered.discard)
-        self._jobs.put((job, order, future))
+        self._jobs.put(_Entry(order, next(self._numbers), job, future))
         return future
 
     def jog_held(self, axis: int) -> None:
@@ -327,7 +350,7 @@ class Engine:
                 self.stop(f"{AXES[axis]} jogged, and the page is silent")
                 held.jog_seen_s = None
             elif now - seen > JOG_SILENT_S:
-                self.submit(partial(Jobs.release, axis=axis))
+                self.submit(partial(Jobs.release, axis=axis), self.order())
         seen = self._commander_seen_s
         if seen is not None and self.anything_held and now - seen > COMMANDER_SILENT_S:
             self._commander_seen_s = None
@@ -357,8 +380,8 @@ class Engine:
         while not self._end.is_set() and (left := end - time.monotonic()) > 0:
             with contextlib.suppress(queue.Empty):
                 entry = self._jobs.get(timeout=left)
-                if entry is not None and entry[2].set_running_or_notify_cancel():
-                    entry[2].set_exception(ConnectionFailed(f"no connection: {self._link['text']}"))
+                if entry.job is not None and entry.future.set_running_or_notify_cancel():
+                    entry.future.set_exception(ConnectionFailed(f"no connection: {self._link['text']}"))
 
     def _serve(self, device: Device) -> None:
         identity = device.identity()
@@ -392,7 +415,11 @@ class Engine:
             self._open_stream(device)
             self._loop(device, jobs)
         except BaseException as error:
-            self._lost(error)  # first: a silent node lets each of the next steps wait
+            self._lost(error)
+            if self._held:
+                frames.send()
+            if isinstance(error, ConnectionFailed | can.CanError | OSError):
+                device.give_up(str(self._link["text"]))
             self._device = None
             self._unfinished = self._unfinished or bool(self._held)
             with self._lock:
@@ -445,10 +472,8 @@ class Engine:
             entry = self._jobs.get(timeout=wait_s)
         except queue.Empty:
             return
-        if entry is None:
-            return
-        job, order, future = entry
-        if not future.set_running_or_notify_cancel():
+        job, order, future = entry.job, entry.order, entry.future
+        if job is None or not future.set_running_or_notify_cancel():
             return
         self._order = order
         try:

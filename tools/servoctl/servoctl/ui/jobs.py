@@ -6,7 +6,6 @@ import contextlib
 import time
 from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from ..fault_log import as_json, read_log
 from ..fault_state import read_faults
 from ..fault_table import find_faults
 from ..frequency_response import branch, margins, peak_db
-from ..gains_file import GainsFile, gains_text, parse_gains
+from ..gains_file import GainsFile, gains_text
 from ..limits import Limits, Plan
 from ..loop_model import Complex, read_gains
 from ..loop_test import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
@@ -29,10 +28,10 @@ from ..moves import plan_data, plan_to
 from ..node_limits import limits_data, read_limits
 from ..parameter import AXES, Parameter, Value
 from ..rate_run import Progress, send_rates
+from ..schema import Schema
 from ..shapes import SETPOINT_TICKS as SHAPE_TICKS
 from ..shapes import plan_shape
 from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, delays, plan_step
-from ..text_file import text_of
 from ..tuning import REVERT, SetState, Tuning, command_set, set_state, undo_last
 from ..units import TICK_S, Shown, degrees, number, radians
 from .commission import Commission
@@ -474,14 +473,17 @@ class Jobs:
         values = gain_set.read_to_save(self._device)
         return {"text": gains_text(values, gain_set.about(self._device)), "count": len(values)}
 
-    def compare(self, name: str, content: bytes) -> dict[str, Any]:
+    def schema(self) -> Schema:
+        """The objects of the device; raises SchemaMismatch."""
+        return self._device.schema
+
+    def compare(self, file: GainsFile) -> dict[str, Any]:
         """A gains file with the device."""
-        file = self._gains_file(name, content)
         found = gain_set.compare(self._device, file.values)
         serial, mine = file.device.get("serial"), self._device.serial_number()
         other = f"this file was saved from another machine (serial number {serial}; this one is {mine})." if serial not in (None, mine) else ""
         return {
-            "name": name, "compared": len(found.wanted), "not_in_file": len(found.absent), "warning": other,
+            "name": str(file.path), "compared": len(found.wanted), "not_in_file": len(found.absent), "warning": other,
             "staged": [AXES[axis] for axis in sorted(found.staged)],
             "different": [
                 {"name": p.name, "device": number(found.found[p]), "file": number(value), "unit": p.unit, "guarded": p.guarded}
@@ -489,12 +491,8 @@ class Jobs:
             ],
         }  # fmt: skip
 
-    def _gains_file(self, name: str, content: bytes) -> GainsFile:
-        return parse_gains(text_of(Path(name), content).text, Path(name), self._device.schema)
-
-    def restore(self, name: str, content: bytes, unlock: bool, word: str) -> list[dict[str, Any]]:
+    def restore(self, file: GainsFile, unlock: bool, word: str) -> list[dict[str, Any]]:
         """Writes a gains file in one piece, and reads it back."""
-        file = self._gains_file(name, content)
         with self.word(unlock, word):
             changes = gain_set.restore(self._device, gain_set.compare(self._device, file.values), unlock=unlock)
         return self._report(changes, "set")

@@ -31,8 +31,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .. import recording
 from ..errors import InputError, ServoctlError
+from ..gains_file import GainsFile, parse_gains
 from ..parameter import AXES
 from ..signal_stream import Samples
+from ..text_file import text_of
 from . import commission
 from .access import COOKIE, Access
 from .engine import Engine, Order, file_error, internal, is_of_a_file
@@ -45,6 +47,8 @@ BATCH_S = 0.025
 SHOWN_S = 600.0
 """Of a recording at once."""
 STATE_S = 0.1
+MOST_READINGS = 8
+"""That one page may wait for; ours asks for one or two."""
 WEBSOCKET_BYTES = 1 << 20
 """Of one message; a gains file has about 40 kB."""
 _HEADERS = {
@@ -216,7 +220,8 @@ class Site:
     async def _answer(self, viewer: Viewer, message: dict[str, Any], order: Order) -> None:
         number = message.get("id")
         try:
-            viewer.send({"reply": number, "result": await self._do(viewer, message, order)})
+            with viewer.reads(MOST_READINGS) if message.get("do") in _FOR_ALL else contextlib.nullcontext():
+                viewer.send({"reply": number, "result": await self._do(viewer, message, order)})
         except ServoctlError as error:
             viewer.send({"reply": number, "error": of_page(str(error))})
         except OSError as error:
@@ -248,11 +253,19 @@ class Site:
         if what == "end_recording":
             self._viewers.need(viewer)
             return await asyncio.to_thread(self._engine.end_recording)
+        if what in ("compare", "restore"):
+            message = message | {"file": await self._gains_file(message)}
         job = _job(str(what), message)
         if what in _FOR_ALL:
             return await asyncio.wrap_future(self._engine.submit(job))
         self._viewers.need(viewer)
         return await asyncio.wrap_future(self._engine.submit(job, order))
+
+    async def _gains_file(self, message: dict[str, Any]) -> GainsFile:
+        """That of a message, parsed beside the thread of the bus: a long or a wrong one takes seconds."""
+        path, content = Path(str(message["name"])), base64.b64decode(str(message["base64"]), validate=True)
+        schema = await asyncio.wrap_future(self._engine.submit(lambda jobs: jobs.schema()))
+        return await asyncio.to_thread(lambda: parse_gains(text_of(path, content).text, path, schema))
 
 
 # --- recordings -------------------------------------------------------------------------------------------------------
@@ -379,11 +392,11 @@ def _job(what: str, message: dict[str, Any]) -> Callable[[Jobs], Any]:
         unlock, word = _lock(message)
         return lambda jobs: jobs.undo(unlock, word)
     if what in ("compare", "restore"):
-        name, content = str(message["name"]), base64.b64decode(str(message["base64"]), validate=True)
+        file = message["file"]
         if what == "compare":
-            return lambda jobs: jobs.compare(name, content)
+            return lambda jobs: jobs.compare(file)
         unlock, word = _lock(message)
-        return lambda jobs: jobs.restore(name, content, unlock, word)
+        return lambda jobs: jobs.restore(file, unlock, word)
     found = _commission_job(what, message)
     if found is not None:
         return found

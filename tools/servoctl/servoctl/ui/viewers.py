@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import itertools
 import json
 import math
 import struct
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +30,18 @@ class Viewer:
     last_event: int = 0
     dropped: int = 0
     """Samples that this page did not get, because it was behind."""
+    _waits: int = 0
+
+    @contextlib.contextmanager
+    def reads(self, most: int) -> Iterator[None]:
+        """While it waits for a reading; raises MotionError when it waits for `most` others."""
+        if self._waits >= most:
+            raise MotionError(f"this page waits for {most} answers already: ask again when they are there.")
+        self._waits += 1
+        try:
+            yield
+        finally:
+            self._waits -= 1
 
     def send(self, message: dict[str, Any]) -> None:
         """Text; the oldest message gives way. JSON has no NaN and no infinity: null."""

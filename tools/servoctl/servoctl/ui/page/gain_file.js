@@ -72,7 +72,7 @@ export class GainFile {
     const changes = await this.ask("restore", { ...this.file, ...this.gains.lock() });
     if (!changes) return;
     this.gains.edits.clear();
-    await this.gains.read();
+    await this.gains.read("");
     await this.compare();
     this.note(`${changes.length} gains written in one piece and read back`);
   }
@@ -97,6 +97,6 @@ export class GainFile {
     this.note("storing …");
     const backup = await this.ask("store");
     this.note(backup ? `stored in the device; backup: ${backup}` : "not stored");
-    if (backup) this.gains.read();
+    if (backup) this.gains.read("");
   }
 }

@@ -10,13 +10,14 @@ export class Gains {
     this.editsOf = [new Map(), new Map()];
     this.keys = [null, null];
     this.asked = false;
+    this.done = ""; // what the page did last, until its user goes on
     this.allowed = false;
     this.onChange = () => {};
     $("gain-apply").addEventListener("click", () => this.apply());
     $("gain-clear").addEventListener("click", () => { this.edits.clear(); this.draw(); });
     $("gain-undo").addEventListener("click", () => this.undo());
-    $("gain-read").addEventListener("click", () => this.read());
-    $("gain-discard").addEventListener("click", async () => { await this.ask("discard", { axis: this.axis }); this.read(); });
+    $("gain-read").addEventListener("click", () => this.read(""));
+    $("gain-discard").addEventListener("click", async () => { await this.ask("discard", { axis: this.axis }); this.read(""); });
     $("gain-unlock").addEventListener("change", () => {
       $("gain-word-label").hidden = !this.unlocked;
       this.draw();
@@ -26,7 +27,7 @@ export class Gains {
       button.addEventListener("click", () => {
         this.axis = Number(button.dataset.gains);
         for (const each of document.querySelectorAll("[data-gains]")) each.setAttribute("aria-pressed", String(each === button));
-        this.read();
+        this.read("");
       });
     }
   }
@@ -66,8 +67,9 @@ export class Gains {
     if (changed) this.read();
   }
 
-  async read() {
+  async read(done = this.done) {
     this.asked = true;
+    this.done = done;
     const found = await this.ask("gains", { axis: this.axis });
     if (found?.axis !== AXES[this.axis]) return; // another axis was chosen meanwhile
     this.found = found;
@@ -83,22 +85,21 @@ export class Gains {
     for (const [name, value] of Object.entries(values)) {
       if (edits.get(name) === value) edits.delete(name);
     }
-    await this.read();
-    $("gain-note").textContent = `${changes.length} gain${changes.length > 1 ? "s" : ""} applied in one piece`;
+    await this.read(`${changes.length} gain${changes.length > 1 ? "s" : ""} applied in one piece`);
   }
 
   async undo() {
     const changes = await this.ask("undo", this.lock());
     if (!changes) return;
-    await this.read();
-    $("gain-note").textContent = `undone: ${changes.map((c) => c.name.split(".").at(-1).replaceAll("_", " ")).join(", ")}`;
+    await this.read(`undone: ${changes.map((c) => c.name.split(".").at(-1).replaceAll("_", " ")).join(", ")}`);
   }
 
   draw() {
     if (!this.found) return;
     const { rows, staged, differs_from_stored: unsaved } = this.found;
     $("gain-staged").hidden = !staged;
-    $("gain-note").textContent = unsaved ? "active values differ from the stored ones" : "as stored";
+    const present = unsaved ? "active values differ from the stored ones" : "as stored";
+    $("gain-note").textContent = this.done ? `${this.done}; ${present}` : present;
     const body = [];
     let group = "";
     for (const row of rows) {

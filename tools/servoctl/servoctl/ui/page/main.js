@@ -110,7 +110,7 @@ const spectrum = new Spectrum(plots);
 const step = new Step(ask);
 const recordings = new Recordings(ask, plots, complain);
 const scope = new Scope(ask);
-const commission = new Commission(ask, () => stop(), () => gains.read());
+const commission = new Commission(ask, () => stop(), () => gains.read(""));
 const track = new Track(ask, plots);
 
 new Worker("beat.js").onmessage = () => {

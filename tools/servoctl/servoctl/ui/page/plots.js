@@ -23,7 +23,8 @@ export class Plots {
     this.charts = [];
     this.history = null;
     this.frozen = null;
-    this.live = null;
+    this.live = null; // the live signals, behind a recording
+    this.next = null; // other live signals, behind a paused picture
     this.window = 10;
     this.range = null;
     this.cursors = null;
@@ -45,39 +46,45 @@ export class Plots {
     requestAnimationFrame(draw);
   }
 
-  // Signals as the server describes them; other ones begin a new history.
+  // Signals as the server describes them; other ones begin a new history, which waits behind what stands still.
   setSignals(signals, period) {
     const key = JSON.stringify([signals, period]);
     if (key === this.key) return;
     this.key = key;
-    const history = new History(signals, period);
-    if (this.live) {
-      this.live = { signals: withRoles(signals), history };
-      return;
-    }
-    Object.assign(this, { signals: withRoles(signals), history, frozen: null, range: null });
+    const found = { signals: withRoles(signals), history: new History(signals, period) };
+    if (this.live) this.live = found;
+    else if (this.frozen) this.next = found;
+    else this.show(found);
+  }
+
+  // Live signals.
+  show(found) {
+    Object.assign(this, found, { live: null, next: null, frozen: null, range: null });
     this.build();
     this.onZoom(null);
   }
 
+  // What comes live, also behind what stands still.
+  get current() {
+    return this.live ?? this.next ?? this;
+  }
+
   // A recording takes the place of the live signals until `close`; these go on behind it.
   open(signals, history) {
-    this.live ??= { signals: this.signals, history: this.history };
+    this.live ??= this.next ?? { signals: this.signals, history: this.history };
+    this.next = null;
     Object.assign(this, { signals: withRoles(signals), history, frozen: history, range: [0, Math.max(history.end, 1e-3)] });
     this.build();
     this.onZoom(this.range);
   }
 
   close() {
-    if (!this.live) return;
-    Object.assign(this, this.live, { live: null, frozen: null, range: null });
-    this.build();
-    this.onZoom(null);
+    if (this.live) this.show(this.live);
   }
 
   add(buffer) {
     if (!this.history) return;
-    this.seen += (this.live?.history ?? this.history).add(buffer);
+    this.seen += this.current.history.add(buffer);
     if (!this.frozen) this.dirty = true;
   }
 
@@ -151,8 +158,12 @@ export class Plots {
       this.dirty = true;
       return;
     }
-    this.frozen = paused && this.history ? this.history.copy() : null;
-    if (!paused) this.range = null;
+    if (this.next && !paused) {
+      this.show(this.next);
+      return;
+    }
+    if (!paused) this.frozen = this.range = null;
+    else if (this.history) this.frozen ??= this.history.copy();
     this.dirty = true;
   }
 

@@ -52,7 +52,7 @@ export class Track {
 
   // The newest error and the rms of the last second, µrad; null while the live view shows other signals.
   errors(name) {
-    const { history, signals } = this.plots.live ?? this.plots; // behind a recording that is shown
+    const { history, signals } = this.plots.current;
     const n = signals?.findIndex((signal) => signal.name === name) ?? -1;
     if (n < 0 || !history?.count) return [null, null];
     const first = history.find(history.end - RMS_S);
