@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 
@@ -39,7 +40,7 @@ class Shift {
   double uniform(double low, double high) { return low + (high - low) * random_.uniform(); }
 
   void work() {
-    switch (random_() % 5) {
+    switch (random_() % 6) {
       case 0:
         return position();
       case 1:
@@ -48,6 +49,8 @@ class Shift {
         return fly_by();
       case 3:
         return switch_off();
+      case 4:
+        return cyclic_position();
       default:
         return stand();
     }
@@ -93,6 +96,24 @@ class Shift {
       ticks(1);
     }
     stand();
+  }
+
+  // Towards the middle of the travel and to rest there or beyond it.
+  void cyclic_position() {
+    node_.enable(DRIVE_CYCLIC_POSITION);
+    std::array<double, kAxes> mean_rad_s{};
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const double off_rad = 1e-7 * node_.axis(axis).objects.position.actual - (axis == kAzimuth ? 0.0 : 0.6);
+      const double way_rad = axis == kAzimuth ? uniform(0.001, 0.8) : uniform(0.001, 0.4);
+      mean_rad_s[static_cast<std::size_t>(axis)] = std::copysign(way_rad / kTask_s, -off_rad);
+    }
+    for (int i = 0; i < static_cast<int>(kTask_s / kTick_s); ++i) {
+      const double share = 1.0 - std::cos(2.0 * kPi * i * kTick_s / kTask_s);
+      for (int axis = 0; axis < kAxes; ++axis) {
+        node_.move(axis, share * mean_rad_s[static_cast<std::size_t>(axis)]);
+      }
+      ticks(1);
+    }
   }
 
   void stand() {

@@ -197,6 +197,8 @@ def imager(
             sender = stack.enter_context(FrameSender(device, NODE_CLOCK if opened.node_clock else AGE))
         statistics = process(opened, pictures, settings, sender, recorder)
         _summary(opened, pictures, statistics, settings, sender)
+        if opened.damage:
+            raise ImagerError(opened.damage)
 
 
 def _files_of_address(source: str) -> list[Path]:

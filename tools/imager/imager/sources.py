@@ -46,6 +46,8 @@ class Source(Protocol):
     """For whoever takes its pictures, as a file may: none is skipped."""
     is_playlist: bool
     """Its pictures are in other files, which it names."""
+    damage: str
+    """A sentence on what was missing, when it has ended."""
 
     def read(self) -> Picture | None: ...
 
@@ -58,6 +60,7 @@ class CameraSource:
     node_clock = False
     waits = False
     is_playlist = False
+    damage = ""
 
     def __init__(self, number: int, name: str) -> None:
         self._name = name
@@ -95,6 +98,7 @@ class PgmSource:
     node_clock = True
     waits = False
     is_playlist = False
+    damage = ""
     rate_hz = 50.0
 
     def __init__(self, host: str, port: int) -> None:

@@ -51,6 +51,7 @@ class StillSource:
     node_clock = False
     waits = True
     is_playlist = False
+    damage = ""
 
     def __init__(self, path: Path, rate_hz: float) -> None:
         self.rate_hz = rate_hz

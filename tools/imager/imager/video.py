@@ -44,7 +44,7 @@ PLAYLISTS = {"concat", "dash", "hls", "imf", "webm_dash_manifest"}
 
 
 class _Decoder:
-    """Frames of the first video stream; damaged packets are left out."""
+    """Frames of the first video stream; damaged packets are left out and counted."""
 
     def __init__(self, container: av.container.InputContainer) -> None:
         """Raises IndexError when it has no pictures."""
@@ -53,15 +53,17 @@ class _Decoder:
         rate = float(self.stream.average_rate or 0)
         self.rate_hz = rate if _SLOWEST_HZ <= rate <= _FASTEST_HZ else DEFAULT_RATE_HZ
         self.is_playlist = not PLAYLISTS.isdisjoint(container.format.name.split(","))
+        self.packets = self.damaged = 0
 
     def frames(self) -> Iterator[av.VideoFrame]:
         """Until the file ends or the network is silent."""
         try:
             for packet in self.container.demux(self.stream):
+                self.packets += packet.size > 0
                 try:
                     yield from packet.decode()
                 except av.error.InvalidDataError:
-                    continue
+                    self.damaged += 1
         except av.error.FFmpegError:
             return
 
@@ -82,6 +84,7 @@ class VideoSource:
         self.rate_hz = self._decoder.rate_hz
         self.is_playlist = self._decoder.is_playlist
         self._frames = self._decoder.frames()
+        self.damage = ""
         self._start_s: float | None = None
         """Of time.monotonic(), at time 0 of the file."""
         self._file_s = 0.0
@@ -93,6 +96,7 @@ class VideoSource:
         if frame is None:
             if self._number == 0:
                 raise ImagerError(f"the video '{self._file}' has no picture that can be decoded; is the file complete?")
+            self.damage = self._damage()
             return None
         grey = _grey(frame, str(self._file))
         next_s = self._file_s + 1.0 / self.rate_hz if self._number else 0.0
@@ -101,6 +105,11 @@ class VideoSource:
         self._number += 1
         exposed_s = self._wait()
         return Picture(grey, self._number, exposed_s, time.monotonic(), self._file_s)
+
+    def _damage(self) -> str:
+        """What is missing, as far as the file says how many pictures it has."""
+        most, good = max(self._decoder.stream.frames, self._decoder.packets), self._decoder.packets - self._decoder.damaged
+        return f"the video '{self._file}' is damaged: {most - good} of its {most} pictures cannot be decoded." if good < most else ""
 
     def _wait(self) -> float:
         """Until the picture is due; returns when it was."""
@@ -121,6 +130,7 @@ class StreamSource:
 
     node_clock = False
     waits = False
+    damage = ""
 
     def __init__(self, address: str, forms: str) -> None:
         self._name = address

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import http.server
+import re
 import socket
 import threading
 import time
@@ -66,6 +67,19 @@ def test_with_a_broken_video(tmp_path: Path, video: Path) -> None:
     broken.write_bytes(video.read_bytes()[:6000])  # the head, and a part of the first picture
     text = refused(tmp_path, "broken.avi", "--no-bus")
     assert "'broken.avi'" in text and ("is not a video" in text or "no picture that can be decoded" in text)
+
+
+def test_a_video_that_breaks_off_or_is_damaged_is_said_after_the_summary(tmp_path: Path, video: Path) -> None:
+    """Its first pictures are good: they become frames, and the exit code tells that the file has more."""
+    content = video.read_bytes()
+    middle = len(content) // 2
+    (tmp_path / "cut.avi").write_bytes(content[:middle])
+    (tmp_path / "hole.avi").write_bytes(content[:middle] + bytes(5000) + content[middle + 5000 :])
+    for name in ("cut.avi", "hole.avi"):
+        result = run_imager(tmp_path, name, "--no-bus")
+        assert result.code == 2 and "pictures: " in result.out, result
+        assert re.fullmatch(rf"imager: the video '{name}' is damaged: \d+ of its 25 pictures cannot be decoded\.\n", result.err), result.err
+    assert run_imager(tmp_path, str(video), "--no-bus").code == 0
 
 
 def test_with_a_folder_without_pictures(tmp_path: Path) -> None:

@@ -9,15 +9,20 @@ from __future__ import annotations
 import os
 import re
 import stat
-from bisect import bisect_left
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import tomlkit
-from tomlkit.exceptions import ParseError, TOMLKitError
+from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Item, Table
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 from .errors import InputError
 from .journal import now
@@ -28,8 +33,9 @@ from .text_file import read_text
 from .units import number
 
 DEVICE_TABLE = "device"
-MAX_BYTES = 1_000_000
-"""Of a gains file: a hundred times what it needs."""
+MAX_BYTES = 100_000
+"""Of a gains file: some times what it needs."""
+_PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 
 
 @dataclass(frozen=True)
@@ -49,10 +55,9 @@ def read_gains(path: Path, schema: Schema) -> GainsFile:
 def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
     """The contents of a file; raises InputError with file, line and remedy."""
     try:
-        document = tomlkit.parse(text)
-    except (TOMLKitError, ValueError, RecursionError) as error:  # also a number of too many digits, too many brackets
+        content = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also a number of too many digits, too many brackets
         raise InputError(_invalid(path, text, error)) from error
-    content = document.unwrap()
     device = content.pop(DEVICE_TABLE, {})
     values: dict[Parameter, Value] = {}
     for name, value in _flatten(content):
@@ -68,22 +73,10 @@ def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
 
 
 def _invalid(path: Path, text: str, error: Exception) -> str:
-    """With the line: of an error without one, as of a key with two values, the first line up to which the text has it."""
-    lines = text.split("\n")
-    if isinstance(error, ParseError):
-        before = "".join(text.splitlines(keepends=True)[: error.line])  # tomlkit counts other ends of lines, too
-        line = before.count("\n") + (not before.endswith("\n"))
-    else:
-        line = bisect_left(range(len(lines)), True, key=lambda count: not _is_toml("\n".join(lines[:count])))
-    return f"{path}:{line}: invalid TOML: {str(error).split(' at line')[0].rstrip('.')}."
-
-
-def _is_toml(text: str) -> bool:
-    try:
-        tomlkit.parse(text)
-    except (TOMLKitError, ValueError, RecursionError):
-        return False
-    return True
+    """With the line, the last one if the error has none."""
+    found = _PLACE.search(str(error))
+    line = found[1] if found and found[1] else text.rstrip("\n").count("\n") + 1
+    return f"{path}:{line}: invalid TOML: {_PLACE.sub('', str(error)).rstrip('.')}."
 
 
 def _scalar(value: Any, parameter: Parameter) -> Value:

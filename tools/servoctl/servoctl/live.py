@@ -155,7 +155,7 @@ class LiveAxis:
         attempted."""
         with deaf():
             failed: list[Exception] = []
-            stops = [*self.when_broken_off, self._stop_hard] if broken_off else [self._stop_gently]
+            stops = [*self.when_broken_off, self._stop_hard] if broken_off else [self._stop_gently_or_hard]
             steps = [*stops, *reversed(self._undo)]
             for step in steps:
                 try:
@@ -166,6 +166,14 @@ class LiveAxis:
             self._turn.close()
         if failed and not broken_off:
             raise failed[0]
+
+    def _stop_gently_or_hard(self) -> None:
+        """What does not come to rest is switched off as long as the device still monitors us."""
+        try:
+            self._stop_gently()
+        except (ServoctlError, can.CanError, OSError):
+            self._stop_hard()
+            raise
 
     def _stop_gently(self) -> None:
         drive = self.drive

@@ -5,8 +5,9 @@ Object 0x2070 (+0x800): 1 command, 2 flags, 3 result, 4 and 5 CRC of the active 
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from .access_lock import need_unlock, unlocked, without_equal_guarded
@@ -21,6 +22,8 @@ from .waiting_limits import refuse_waiting
 SET_OBJECT = 0x2070
 APPLY, REVERT, UNDO, OVERRIDE = 1, 2, 3, 4
 APPLY_TIMEOUT_S = 1.0
+TURN_S = 3.0
+"""That a write waits for that of another servoctl."""
 INCOMPATIBLE = 0x06040043
 RESULTS = {
     0: "taken", 1: "a value is not finite", 2: "a value is out of range", 3: "the values contradict each other",
@@ -137,6 +140,29 @@ class Tuning:
         check of stability, which needs the lock, too.
         """
         self.journal.need()
+        with self._turn():
+            return self._write(values, apply, progress, on_top, unlock, override)
+
+    @contextlib.contextmanager
+    def _turn(self) -> Iterator[None]:
+        """Between the check for staged values and the end no other servoctl stages any; raises Refused."""
+        deadline = time.monotonic() + TURN_S
+        with contextlib.closing(self.device.turns.lock("gains")) as lock:
+            while not lock.try_alone():
+                if time.monotonic() > deadline:
+                    raise Refused("another servoctl is writing gains: write yours when it has finished.")
+                time.sleep(0.02)
+            yield
+
+    def _write(
+        self,
+        values: Mapping[Parameter, Value],
+        apply: bool,
+        progress: Callable[[Parameter], None] | None,
+        on_top: bool,
+        unlock: bool,
+        override: bool,
+    ) -> list[Change]:
         axes = {p.axis for p in values if p.staged and p.axis is not None}
         if not on_top:
             self.refuse_foreign_stage(axes)

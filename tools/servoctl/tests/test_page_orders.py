@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import errno
 import json
@@ -15,15 +16,17 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+import can
 import pytest
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from servoctl.bus import parse_bus
+from servoctl.bus import open_bus, parse_bus
 from servoctl.device import Device
 from servoctl.drive import Drive
-from servoctl.errors import ConnectionFailed
+from servoctl.errors import ConnectionFailed, MotionError
 from servoctl.identification import Identification
+from servoctl.parameter import Parameter, Value
 from servoctl.signal_stream import SignalStream
 from servoctl.stop_frames import StopFrames
 from servoctl.ui import engine
@@ -506,6 +509,107 @@ def test_a_silent_node_keeps_nothing_waiting(servo: Bench, monkeypatch: pytest.M
         wait_for(lambda: bool(server.engine.state()["link"]["up"]), "the node is found again")
         wait_for(lambda: any("the link was lost; azimuth and pitch stopped and off" in event or "nothing was enabled" in event
                              for event in page.events), "the stop")
+
+
+def test_an_axis_that_does_not_come_to_rest_is_switched_off_and_said(servo: Bench, server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a limit cycle: the ramp ends, and the rate is never that of standstill."""
+
+    def never(drive: Drive, _timeout_s: float = 0.0) -> None:
+        raise MotionError(f"{drive.name} still moves.")
+
+    with server.page() as page:
+        page.ask("enable", axis=0)
+        monkeypatch.setattr(Drive, "wait_for_standstill", never)
+        assert page.answer(page.send("disable", axis=0))["error"] == "azimuth still moves."
+        assert not any("azimuth disabled" in event for event in page.events)
+        assert standing(servo)["state"] == OFF
+
+
+def test_a_disable_that_a_silent_node_does_not_answer_is_an_error_and_a_stop_follows(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    surround(servo, monkeypatch)
+    with closing(Link(servo.bus)) as link, closing(Server(link.bus)) as server, server.page() as page:
+        page.ask("enable", axis=0)
+        link.mute = True
+        assert "does not answer" in page.answer(page.send("disable", axis=0))["error"]
+        link.mute = False
+        wait_for(lambda: any("stop: the link was lost" in event for event in page.events), "the stop")
+        assert not any("azimuth disabled" in event for event in page.events)
+
+
+def test_the_state_tells_how_old_it_is(server: Server) -> None:
+    server.be_slow().set()
+    wait_for(lambda: server.engine.state()["axes_age_s"] > SLOW_S / 2, "it gets old")
+    wait_for(lambda: server.engine.state()["axes_age_s"] < SLOW_S / 2, "it is read again")
+
+
+def nmt(servo: Bench, command: int) -> None:
+    """From another master."""
+    with open_bus(parse_bus(servo.bus)) as bus:
+        bus.send(can.Message(arbitration_id=0, data=[command, 1], is_extended_id=False))
+
+
+def test_an_axis_that_no_frame_can_stop_any_more_is_stopped(servo: Bench, server: Server) -> None:
+    """Another master makes the node pre-operational, in which it takes no PDO."""
+    with server.page() as page:
+        page.ask("enable", axis=0)
+        swing(page)
+        nmt(servo, 0x80)
+        wait_for(lambda: any("the node left 'operational'" in event and "azimuth stopped and off" in event for event in page.events), "the stop")
+        server.stays_off(page)
+
+
+def test_a_node_that_is_stopped_is_said_and_started(servo: Bench, server: Server) -> None:
+    with server.page() as page:
+        nmt(servo, 0x02)
+        wait_for(lambda: "node 1 is stopped by NMT" in server.engine.state()["link"]["text"], "it is said")
+        page.ask("start_node")
+        wait_for(lambda: bool(server.engine.state()["link"]["up"]), "it answers again")
+
+
+def test_the_choice_that_is_in_force_leaves_no_hole_in_a_recording(server: Server) -> None:
+    with server.page() as page:
+        page.ask("start_node")
+        wait_for(lambda: server.engine._stream is not None, "samples come")
+        page.ask("record")
+        stream = server.engine._stream
+        page.ask("choose", choice="both")
+        assert server.engine._stream is stream
+        page.ask("end_recording")
+
+
+def test_gains_are_read_again_when_another_program_has_changed_them_meanwhile(
+    servo: Bench, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gain = "azimuth.speed_loop.proportional_gain"
+    before, staged, read = servo.value(gain), [f"{gain}=700"], Device.read
+
+    def read_and_stage(device: Device, parameter: Parameter) -> Value:
+        if staged and threading.current_thread().name == "bus":
+            assert servo.start("set", staged.pop(), "--stage").wait(timeout=60) == 0
+        return read(device, parameter)
+
+    with server.page() as page:
+        monkeypatch.setattr(Device, "read", read_and_stage)
+        found = next(row for row in page.ask("gains", axis=0)["rows"] if row["name"] == gain)
+        assert float(found["value"]) == 700.0 and found["active"] is None and found["stored"] is None
+        servo("undo", "--staged", "--axis", "azimuth")
+        assert servo.value(gain) == before
+
+
+def test_a_gains_file_that_is_too_long_is_refused_and_a_wrong_one_named(server: Server) -> None:
+    with server.page(commands=False) as viewer:
+        for text, said in (("x = 1\n" * 20_000, "long.toml is no gains file: it has 120 kB"), ("a = 1\na = 2\n", "long.toml:2: invalid TOML")):
+            content = base64.b64encode(text.encode()).decode()
+            assert said in viewer.answer(viewer.send("compare", name="long.toml", base64=content))["error"]
+        assert "invalid request" in viewer.answer(viewer.send("plan", axis=1e400, angle_deg=1, rate_deg_s=1))["error"]
+
+
+def test_a_server_that_ends_stops_no_axis_of_others(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    surround(servo, monkeypatch)
+    servo.json("state", "azimuth", "enable")
+    with closing(Server(servo.bus)):
+        pass
+    assert standing(servo)["state"] == ENABLED
 
 
 # --- pages that fall silent ---------------------------------------------------------------------------------------------

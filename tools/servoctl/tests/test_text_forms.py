@@ -281,7 +281,7 @@ def test_a_million_rows_are_read_or_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=f"path.csv:{count + 2}: time_s is 'x'"):
         read_trajectory(path)
     (tmp_path / "gains.toml").write_text("# nothing\n" * count)
-    with pytest.raises(InputError, match="gains.toml: has more than 1 MB"):
+    with pytest.raises(InputError, match="gains.toml: has more than 0.1 MB"):
         gains(tmp_path / "gains.toml")
 
 

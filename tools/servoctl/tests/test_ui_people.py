@@ -93,6 +93,16 @@ def test_a_jog_without_a_mouse_lasts_as_long_as_it_is_held(servo: Bench, server:
         wait_for_state(page, "operation enabled")
 
 
+def test_each_event_is_shown_once_whatever_the_clock_does(servo: Bench, server: Server, browser: Browser) -> None:
+    """The server sends those of before again after a lost link; the time of one may be earlier than that of the one before it."""
+    with opened(browser, server) as page:
+        for number, time_s in ((1001, 2e9), (1002, 1e9), (1002, 1e9)):
+            event = {"run": 1, "number": number, "time": time_s, "kind": "bad", "text": f"event {number}"}
+            page.evaluate("event => trackservo.connection.handlers.events([event])", event)
+        shown = page.locator("#events li").all_text_contents()
+        assert [sum(f"event {number}" in text for text in shown) for number in (1001, 1002)] == [1, 1]
+
+
 def test_bus_load_and_lost_samples_are_said(servo: Bench, server: Server, browser: Browser) -> None:
     """Four frames in every tick; the servo runs at half of real time, which halves its share of the bus."""
     with opened(browser, server) as page:

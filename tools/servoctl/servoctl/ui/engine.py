@@ -64,6 +64,10 @@ UNREAD = {
 Job = Callable[[Jobs], Any]
 
 
+class NodeStopped(ConnectionFailed):
+    """By NMT: it takes no SDO."""
+
+
 @dataclass(frozen=True)
 class Order:
     """When a job was ordered, and who may still want it: `stops` are those before it."""
@@ -159,6 +163,11 @@ class Engine:
         self._emergencies: deque[tuple[int, int]] = deque(maxlen=32)
         self._commander_seen_s: float | None = None
         self._axes: list[dict[str, Any]] = []
+        self._axes_s = 0.0
+        """When they were read."""
+        self._start_asked = False
+        self._run_id = time.time_ns()
+        """Of this server, which counts its events."""
         self._events: deque[dict[str, Any]] = deque(maxlen=100)
         self._event_count = 0
         self._link = {"up": False, "text": f"connecting to {place} …"}
@@ -197,8 +206,9 @@ class Engine:
             thread.start()
 
     def close(self) -> None:
-        """Stops the axes, restores what was borrowed, and ends."""
-        self.stop("the server ends")
+        """Stops what was enabled or ordered here, restores what was borrowed, and ends."""
+        if self.anything_held:
+            self.stop("the server ends")
         self._end.set()
         self._put(None)
         for thread in self._threads:
@@ -270,7 +280,9 @@ class Engine:
         text = of_page(text)
         with self._lock:
             self._event_count += 1
-            self._events.append({"number": self._event_count, "time": time.time(), "text": text, "kind": kind})
+            self._events.append(
+                {"run": self._run_id, "number": self._event_count, "time": time.time(), "text": text, "kind": kind}
+            )
 
     def busy(self, text: str) -> None:
         """What the thread of the bus does for a longer time."""
@@ -281,6 +293,7 @@ class Engine:
         self.busy(text)
         rate_deg_s = None if rate_rad_s is None else degrees(rate_rad_s)
         moving = {"state": power.ENABLED, "rate_deg_s": rate_deg_s, "doing": f"is measured: {text}"}
+        self._axes_s = time.monotonic()
         self._axes = [found | UNREAD | (moving if found["axis"] == AXES[axis] else {}) for found in self._axes]
         if self._load is not None:
             self._load.update()
@@ -309,6 +322,7 @@ class Engine:
             "link": self._link,
             "node": self._node,
             "axes": self._axes,
+            "axes_age_s": time.monotonic() - self._axes_s,
             "sets": self._sets,
             "tracking": self._tracking,
             "recording": {"name": recorder.path.name, "samples": recorder.samples, "error": recorder.error} if recorder else None,
@@ -320,6 +334,15 @@ class Engine:
             },
             "commissioning": self.commissioning, "busy": self._busy, "load": load.share if load else 0.0,
         }  # fmt: skip
+
+    @property
+    def connected(self) -> bool:
+        """The node answers."""
+        return bool(self._link["up"])
+
+    def start_when_found(self) -> None:
+        """NMT start at the next attempt to connect: a node that is stopped answers nothing else."""
+        self._start_asked = True
 
     def samples(self) -> Samples | None:
         """What has come since the last call."""
@@ -362,6 +385,9 @@ class Engine:
         while not self._end.is_set():
             try:
                 with self._connect() as device:
+                    if self._start_asked:
+                        self._start_asked = False
+                        device.set_nmt("operational")
                     self._serve(device)
             except Exception as error:  # noqa: BLE001 - the page shows it, and the thread goes on
                 self._lost(error)
@@ -371,7 +397,7 @@ class Engine:
         text = str(error) if isinstance(error, ServoctlError | can.CanError | OSError | RuntimeError) else internal(error)
         if self._link["up"]:
             self.say(f"connection lost: {text}", "bad")
-        self._link = {"up": False, "text": text}
+        self._link = {"up": False, "text": text, "stopped": isinstance(error, NodeStopped)}
         self._axes = []
 
     def _pause(self, seconds: float) -> None:
@@ -384,7 +410,12 @@ class Engine:
                     entry.future.set_exception(ConnectionFailed(f"no connection: {self._link['text']}"))
 
     def _serve(self, device: Device) -> None:
-        identity = device.identity()
+        try:
+            identity = device.identity()
+        except ConnectionFailed as error:
+            if str(device.node.nmt.state).lower() == "stopped":
+                raise NodeStopped(f"node {device.node_id} is stopped by NMT: it answers nothing until it is started.") from error
+            raise
         frames = StopFrames(device)
         load = BusLoad(_bit_rate(device))
         if device.network.notifier is not None:
@@ -427,6 +458,7 @@ class Engine:
             self._leave_all(error)
             raise
         else:
+            self._leave_all(MotionError("the server ends"))
             self._unmap_camera()
         finally:
             self._device = self._stop_frames = None
@@ -532,16 +564,19 @@ class Engine:
         for axis in list(self._held):
             self.leave(axis, error)
 
-    def leave(self, axis: int, error: BaseException | None = None) -> None:
-        """An axis is no longer held, whatever happens; errors are events."""
+    def leave(self, axis: int, error: BaseException | None = None) -> Exception | None:
+        """An axis is no longer held, whatever happens; an error is an event, and the result."""
         held = self._held.pop(axis)
         try:
             with deaf():
                 held.leave(error)
         except (ServoctlError, can.CanError, OSError) as failed:
             self.say(str(failed), "bad")
+            return failed
         except Exception as failed:  # noqa: BLE001 - the other axis is left too
             self.say(internal(failed), "bad")
+            return failed
+        return None
 
     def _step_all(self) -> None:
         for axis, held in list(self._held.items()):
@@ -604,7 +639,9 @@ class Engine:
             })  # fmt: skip
             if self._stop_frames is not None:
                 self._stop_frames.note_mode(axis, Drive(device, axis).mode_number())
-        self._axes = axes
+        self._axes, self._axes_s = axes, time.monotonic()
+        if nmt == "pre-operational" and self._held and self._why is None:
+            self.stop("the node left 'operational', where an axis can be stopped at once")
         self._poll_camera(device)
         self._scope_phase = self.scope.poll() if self.scope is not None else ""
         self._node = self._node | {"nmt": nmt}
@@ -690,6 +727,8 @@ class Engine:
             raise InputError(f"there is no choice of signals '{choice}'.")
         if self.recorder is not None and choice != self._choice:
             raise MotionError("these signals are being recorded: end the recording before you choose others.")
+        if choice == self._choice and self._stream is not None:
+            return
         self._close_stream()
         self._choice = choice
         self._open_stream(device)

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from .engine import Engine
 
 BODE_LINES = 50
+ATTEMPTS = 3
+"""To read a set that nobody changes meanwhile."""
 PLACE_DEG = 0.5
 """By so much an axis may have left the place that a motion was planned for."""
 COMMAND = "ui"
@@ -78,7 +80,9 @@ class Jobs:
     def disable(self, axis: int) -> None:
         """Stops on the ramp and removes the torque."""
         if axis in self._held:
-            self._engine.leave(axis)
+            failed = self._engine.leave(axis)
+            if failed is not None:
+                raise failed
         else:
             Drive(self._device, axis).disable()
         self._engine.say(f"{AXES[axis]} disabled")
@@ -413,17 +417,25 @@ class Jobs:
         """All gains of an axis: the values read (staged), active and stored ones as far as they are known."""
         name = AXES[axis]
         chosen = [p for p in self._device.schema.tunable if p.axis == axis and p.type not in ("DOMAIN", "VISIBLE_STRING")]
-        state = set_state(self._device, axis)
+        values, state = self._read_whole(axis, chosen)
         self._forget_changed(axis, state)
         rows = []
-        for parameter in chosen:
-            value = self._device.read(parameter)
+        for parameter, value in values.items():
             self._note(parameter, value, state is None or not state.staged_differs, state is not None and not state.active_differs_from_stored)
             rows.append(_row(parameter, value, self._in_force.get(parameter.name), self._stored.get(parameter.name)))
         return {
             "axis": name, "rows": rows, "staged": bool(state and state.staged_differs),
             "differs_from_stored": bool(state and state.active_differs_from_stored), "read": time.time(),
         }  # fmt: skip
+
+    def _read_whole(self, axis: int, chosen: list[Parameter]) -> tuple[dict[Parameter, Value], SetState | None]:
+        """Values of one set, which nobody has changed meanwhile; raises MotionError."""
+        for _ in range(ATTEMPTS):
+            before = set_state(self._device, axis)
+            values = {parameter: self._device.read(parameter) for parameter in chosen}
+            if set_state(self._device, axis) == before:
+                return values, before
+        raise MotionError(f"another program changes the gains of {AXES[axis]} again and again: read them when it has finished.")
 
     def _forget_changed(self, axis: int, state: SetState | None) -> None:
         """Values of a set that somebody else has applied or stored since they were read."""

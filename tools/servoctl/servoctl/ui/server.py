@@ -14,6 +14,7 @@ import socket
 import struct
 import time
 from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from .. import recording
 from ..errors import InputError, ServoctlError
-from ..gains_file import GainsFile, parse_gains
+from ..gains_file import MAX_BYTES, GainsFile, parse_gains
 from ..parameter import AXES
 from ..signal_stream import Samples
 from ..text_file import text_of
@@ -49,8 +50,8 @@ SHOWN_S = 600.0
 STATE_S = 0.1
 MOST_READINGS = 8
 """That one page may wait for; ours asks for one or two."""
-WEBSOCKET_BYTES = 1 << 20
-"""Of one message; a gains file has about 40 kB."""
+WEBSOCKET_BYTES = 1 << 18
+"""Of one message; a gains file has MAX_BYTES at most."""
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -106,6 +107,8 @@ class Site:
         """`demo` runs once the server is there."""
         self._engine = engine
         self._viewers = Viewers()
+        self._parser, self._closer = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
+        """One file at a time; and what must not wait for files that are read."""
         self._demo = demo
         self._told = ""
 
@@ -138,7 +141,8 @@ class Site:
         finally:
             for task in tasks:
                 task.cancel()
-            await asyncio.to_thread(self._engine.close)
+            await asyncio.get_running_loop().run_in_executor(self._closer, self._engine.close)
+            self._parser.shutdown(wait=False, cancel_futures=True)
 
     async def _index(self, request: Request) -> Response:
         token = request.query_params.get("token")
@@ -226,7 +230,7 @@ class Site:
             viewer.send({"reply": number, "error": of_page(str(error))})
         except OSError as error:
             viewer.send({"reply": number, "error": file_error(error) if is_of_a_file(error) else str(error)})
-        except (KeyError, TypeError, ValueError) as error:
+        except (LookupError, TypeError, ValueError, OverflowError) as error:
             viewer.send({"reply": number, "error": f"the page sent an invalid request: {error!r}."})
         except Exception as error:  # noqa: BLE001 - one sentence for the page
             viewer.send({"reply": number, "error": internal(error)})
@@ -252,9 +256,12 @@ class Site:
             return None
         if what == "end_recording":
             self._viewers.need(viewer)
-            return await asyncio.to_thread(self._engine.end_recording)
+            return await asyncio.get_running_loop().run_in_executor(self._closer, self._engine.end_recording)
         if what in ("compare", "restore"):
             message = message | {"file": await self._gains_file(message)}
+        if what == "start_node" and not self._engine.connected:
+            self._viewers.need(viewer)
+            return self._engine.start_when_found()
         job = _job(str(what), message)
         if what in _FOR_ALL:
             return await asyncio.wrap_future(self._engine.submit(job))
@@ -262,10 +269,13 @@ class Site:
         return await asyncio.wrap_future(self._engine.submit(job, order))
 
     async def _gains_file(self, message: dict[str, Any]) -> GainsFile:
-        """That of a message, parsed beside the thread of the bus: a long or a wrong one takes seconds."""
+        """That of a message, parsed beside the thread of the bus."""
         path, content = Path(str(message["name"])), base64.b64decode(str(message["base64"]), validate=True)
+        if len(content) > MAX_BYTES:
+            raise InputError(f"{path} is no gains file: it has {len(content) // 1000} kB, and at most {MAX_BYTES // 1000} kB are read.")
         schema = await asyncio.wrap_future(self._engine.submit(lambda jobs: jobs.schema()))
-        return await asyncio.to_thread(lambda: parse_gains(text_of(path, content).text, path, schema))
+        parse = partial(parse_gains, path=path, schema=schema)
+        return await asyncio.get_running_loop().run_in_executor(self._parser, lambda: parse(text_of(path, content).text))
 
 
 # --- recordings -------------------------------------------------------------------------------------------------------

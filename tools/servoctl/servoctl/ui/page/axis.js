@@ -5,6 +5,8 @@ import { cancelPlan, confirmPlan } from "./plan.js";
 const JOG_WORD_MS = 80;
 // After this long the state shows a jog that runs.
 const JOG_SHOWN_MS = 1000;
+// Ten times the usual age of what is shown.
+const STALE_S = 1;
 
 export class AxisCard {
   constructor(axis, ask, connection) {
@@ -107,7 +109,8 @@ export class AxisCard {
 
   // --- state ----------------------------------------------------------------------------------------------------------
 
-  show(axis, mayCommand) {
+  show(axis, mayCommand, age) {
+    this.element.classList.toggle("stale", age > STALE_S);
     const set = (selector, text) => {
       const element = this.find(selector);
       if (element.textContent !== text) element.textContent = text;
@@ -122,6 +125,7 @@ export class AxisCard {
     const { low_deg: low, high_deg: high, rate_deg_s: fastest } = axis.limits;
     set(".limits", `${low === null ? "no end" : `${low.toFixed(0)}° … ${high.toFixed(0)}°`}, ${fastest.toFixed(0)} °/s`);
     set(".doing", axis.doing ? `${this.name} ${axis.doing}` : axis.held ? "holds" : axis.state === "operation enabled" ? "enabled by another master" : "");
+    set(".age", age > STALE_S ? `read ${age.toFixed(1)} s ago` : "");
     this.find(".fault").hidden = !axis.fault;
     set(".fault strong", axis.fault);
     set(".cause", axis.cause ? `Cause: ${axis.cause}` : "");
@@ -149,6 +153,6 @@ export class AxisCard {
     chip.textContent = "unknown";
     chip.className = "state chip";
     for (const selector of [".angle", ".rate", ".torque", ".mode"]) this.find(selector).textContent = "–";
-    this.find(".doing").textContent = "";
+    this.find(".doing").textContent = this.find(".age").textContent = "";
   }
 }

@@ -1,7 +1,7 @@
 // Gain files: loaded and compared with the device, written to it, saved from it; and the values stored in its flash.
 
 // A gains file has about 40 kB, in UTF-32 four times as much; the server closes the page for a message of more than 1 MiB.
-const MOST_BYTES = 500000;
+const MOST_BYTES = 100000;
 const $ = (id) => document.getElementById(id);
 
 // The server decodes the text, as servoctl does with a file.

@@ -44,11 +44,11 @@ function markUnread(count) {
   $("tab-events").classList.toggle("bad", unread > 0);
 }
 
-let newest = 0;
-// After a lost link the server sends those of before, too.
+let newest = { run: 0, number: 0 };
+// After a lost link the server sends those of before, too; another server counts anew.
 const addNew = (events) => {
-  addEvents(events.filter((event) => event.time > newest));
-  newest = Math.max(newest, ...events.map((event) => event.time));
+  addEvents(events.filter(({ run, number }) => run !== newest.run || number > newest.number));
+  newest = events.at(-1) ?? newest;
 };
 
 function addEvents(events) {
@@ -128,7 +128,7 @@ function show(received) {
   setText($("link"), link.up ? (node.nmt ?? "connected") : "no connection");
   $("link").className = `chip ${link.up ? (node.nmt === "operational" ? "good" : "") : "bad"}`;
   $("link").title = link.text;
-  $("start-node").hidden = !link.up || !["pre-operational", "stopped"].includes(node.nmt);
+  $("start-node").hidden = link.up ? node.nmt !== "pre-operational" : !link.stopped;
   $("start-node").disabled = !mine;
   const trouble = !link.up ? link.text : node.mismatch || "";
   $("trouble").hidden = !trouble;
@@ -145,7 +145,9 @@ function show(received) {
   if (stream.signals.length) plots.setSignals(stream.signals, stream.period_ms);
   setText($("stream-note"), stream.note ?? "");
   showChoices(stream);
-  received.axes.forEach((axis) => cards.find((card) => card.name === axis.axis)?.show(axis, mine && link.up && !received.busy));
+  for (const axis of received.axes) {
+    cards.find((card) => card.name === axis.axis)?.show(axis, mine && link.up && !received.busy, received.axes_age_s);
+  }
   if (!link.up) for (const card of cards) card.disable();
   gains.enable(mine && link.up);
   gainFile.enable(mine && link.up, !received.busy && received.axes.every((axis) => !axis.held && axis.state !== "operation enabled"));

@@ -8,8 +8,10 @@ function pair(term, text) {
   return found;
 }
 
-// A key that comes so soon is still the one that has opened the plan.
+// A key that comes so soon is still the one that has opened the plan, and a click on one that has replaced another is meant
+// for that.
 const READ_MS = 300;
+let drop = () => {};
 
 // One plan of the server or several; `more` follows them, or stands alone. `time` replaces the duration.
 export function confirmPlan(plans, more = "", time = undefined) {
@@ -21,18 +23,22 @@ export function confirmPlan(plans, more = "", time = undefined) {
     pair("at most", `${plan.rate_deg_s.toPrecision(4)} °/s`), pair("about", time ?? `${plan.duration_s.toPrecision(3)} s`),
   ]));
   const dialog = $("plan");
+  const replaces = dialog.open;
+  drop();
   return new Promise((resolve) => {
+    drop = () => resolve(false);
     const end = (wanted) => {
       dialog.onclose = null;
       dialog.close();
       resolve(wanted);
     };
     $("plan-cancel").onclick = () => end(false);
-    $("plan-go").onclick = () => end(true);
-    dialog.onclose = () => resolve(false);
     const shown = performance.now();
+    const isRead = () => performance.now() - shown >= READ_MS;
+    $("plan-go").onclick = () => { if (!replaces || isRead()) end(true); };
+    dialog.onclose = () => resolve(false);
     dialog.onkeydown = (event) => {
-      if (event.key !== "Tab" && (event.repeat || performance.now() - shown < READ_MS)) event.preventDefault();
+      if (event.key !== "Tab" && (event.repeat || !isRead())) event.preventDefault();
     };
     if (!dialog.open) dialog.show();
     $("plan-go").focus();
