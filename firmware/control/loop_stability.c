@@ -339,6 +339,7 @@ static void advance(loop_stability *state, const loop_stability_input *input) {
       state->last[i] = still.g[i];
       if (!(still.g[i].re > 0.0f)) {
         refuse(state, (loop_name)i);
+        break;
       }
     }
     state->evaluations = 1;

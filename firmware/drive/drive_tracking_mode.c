@@ -46,8 +46,8 @@ static drive_setpoint return_to_start(drive_motion *motion, const drive_objects 
   return setpoint;
 }
 
-/* Without a target the axis stops and stays where it looks, or returns; at the end of the travel it waits for the
- * target. */
+/* Without a target the axis stops and stays where it looks, or returns if that is within the travel; at the end of the
+ * travel it waits for the target. */
 drive_setpoint motion_track(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                             float dt_s) {
   const profile_limits limits = motion_velocity_limits(&motion->bounds, &objects->limit);
@@ -56,7 +56,7 @@ drive_setpoint motion_track(drive_motion *motion, const drive_objects *objects, 
   const bool known = target != NULL && target->known && isfinite(target->reference.rate_rad_s);
   if (known) {
     motion->setpoints.under_way = target->at_loss == TARGET_LOSS_RETURN;
-  } else if (motion->setpoints.under_way && !motion->bounds.position_unknown) {
+  } else if (motion->setpoints.under_way && !motion->setpoints.target.limited && !motion->bounds.position_unknown) {
     return return_to_start(motion, objects, feedback, dt_s);
   }
   if (!known || is_held_at_end(motion, feedback)) {

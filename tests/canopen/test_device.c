@@ -116,9 +116,16 @@ static bool stops(const od_object *object, od_number value) {
   return object->entry->index == 0x6040 && (value.i & 0x06) != 0x06;
 }
 
+static bool waits(void *owner, const od_object *object) {
+  const test_device *device = owner;
+  return object->entry->index == 0x6040 && device->busy;
+}
+
 static unsigned needed(const od_object *object) {
   const bool executes = object->entry->index == 0x2F11 || object->entry->index == 0x2F12;
-  return OD_HOOK_REFRESH | OD_HOOK_ACCEPT | OD_HOOK_CHANGED | (executes ? OD_HOOK_EXECUTE : 0u);
+  const bool may_wait = object->entry->index == 0x6040;
+  return OD_HOOK_REFRESH | OD_HOOK_ACCEPT | OD_HOOK_CHANGED | (executes ? OD_HOOK_EXECUTE : 0u) |
+         (may_wait ? OD_HOOK_WAITS : 0u);
 }
 
 static void changed(void *owner, const od_object *object) {
@@ -165,6 +172,9 @@ static od_abort stream_write(void *owner, const od_object *object, uint32_t offs
                              uint32_t length) {
   test_device *device = owner;
   (void)object;
+  if (device->stream_broken) {
+    return OD_HARDWARE;
+  }
   if (length > TEST_DEVICE_STREAM - offset) {
     return OD_TOO_LONG;
   }
@@ -183,15 +193,17 @@ static od_abort stream_end(void *owner, const od_object *object, bool writing, b
   return OD_OK;
 }
 
-static const od_hooks hooks = {.accept = accept,
-                               .execute = execute,
-                               .changed = changed,
-                               .stops = stops,
-                               .needed = needed,
-                               .stream_begin = stream_begin,
-                               .stream_read = stream_read,
-                               .stream_write = stream_write,
-                               .stream_end = stream_end};
+static const od_hooks value_hooks = {.accept = accept,
+                                     .execute = execute,
+                                     .changed = changed,
+                                     .needed = needed,
+                                     .stream_begin = stream_begin,
+                                     .stream_read = stream_read,
+                                     .stream_write = stream_write,
+                                     .stream_end = stream_end};
+
+static const od_hooks axis_hooks = {
+    .accept = accept, .execute = execute, .changed = changed, .stops = stops, .waits = waits, .needed = needed};
 
 static od_abort save(void *context, uint8_t group) {
   test_device *device = context;
@@ -222,8 +234,8 @@ static void on_heartbeat_lost(void *context, uint8_t node_id) {
   device->heartbeats_lost += node_id;
 }
 
-static od_part part_of(test_device *device, const od_entry *rows, uint32_t count, void *values) {
-  return (od_part){.table = {rows, count}, .prefix = "", .values = values, .owner = device, .hooks = &hooks};
+static od_part part_of(test_device *device, const od_entry *rows, uint32_t count, void *values, const od_hooks *hooks) {
+  return (od_part){.table = {rows, count}, .prefix = "", .values = values, .owner = device, .hooks = hooks};
 }
 
 bool test_device_init(test_device *device, uint8_t node_id, can_sender sender) {
@@ -237,13 +249,14 @@ bool test_device_init(test_device *device, uint8_t node_id, can_sender sender) {
   device->loads = 0;
   device->store_broken = false;
   device->stream_broken = false;
+  device->busy = false;
   device->heartbeats_lost = 0;
   device->resets = 0;
   device->streams_open = 0;
   od_part parts[1 + TEST_DEVICE_AXES];
-  parts[0] = part_of(device, value_rows, sizeof value_rows / sizeof value_rows[0], &device->values);
+  parts[0] = part_of(device, value_rows, sizeof value_rows / sizeof value_rows[0], &device->values, &value_hooks);
   for (uint16_t i = 0; i < TEST_DEVICE_AXES; i++) {
-    parts[1 + i] = part_of(device, axis_rows, sizeof axis_rows / sizeof axis_rows[0], &device->axis[i]);
+    parts[1 + i] = part_of(device, axis_rows, sizeof axis_rows / sizeof axis_rows[0], &device->axis[i], &axis_hooks);
     parts[1 + i].shift = (uint16_t)(0x800 * i);
     parts[1 + i].prefix = i == 0 ? "Azimuth " : "Pitch ";
   }

@@ -54,7 +54,8 @@ typedef struct {
   uint32_t saves;
   uint32_t loads;
   bool store_broken;
-  bool stream_broken; /* no byte of it can be read */
+  bool busy;          /* another controlword must wait for the one before it */
+  bool stream_broken; /* no byte of it can be read or written */
   uint32_t heartbeats_lost;
   uint32_t resets;
   uint32_t streams_open;

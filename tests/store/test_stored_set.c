@@ -448,9 +448,10 @@ static uint32_t rows_in_force(parameter_row *rows) {
                                   .communication = node.canopen.objects,
                                   .bus = canopen_node_settings(&node.canopen)};
   persisted_objects copy = kept;
-  const uint32_t count =
-      persisted_objects_to_rows(&copy, PERSISTED_COMMUNICATION | PERSISTED_APPLICATION, rows, PERSISTED_MAX_ROWS);
+  const uint8_t all = PERSISTED_COMMUNICATION | PERSISTED_APPLICATION;
+  const uint32_t count = persisted_objects_to_rows(&copy, all, rows, PERSISTED_MAX_ROWS);
   TEST_ASSERT_TRUE_MESSAGE(count < PERSISTED_MAX_ROWS, "not all objects that are stored have room");
+  TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, persisted_objects_to_rows(&copy, all, rows, count - 1));
   return count;
 }
 

@@ -63,8 +63,15 @@ static void test_a_configuration_is_taken_within_its_limits_and_refused_outside(
       TEST_ASSERT_EQUAL(rows[i].kbit_s == 0 ? BUS_DEFAULT_KBIT_S : rows[i].kbit_s, canopen_node_settings(&node).kbit_s);
     }
   }
+  static od_part parts[CANOPEN_PARTS];
   canopen_config config = NODE->config;
-  config.part_count = CANOPEN_PARTS - 1; /* two of them belong to the node */
+  config.parts = parts;
+  config.process_data = queues[0];
+  config.services = queues[1];
+  config.queue_capacity = 64;
+  config.part_count = CANOPEN_PARTS - 2; /* two of them belong to the node */
+  TEST_ASSERT_TRUE(canopen_node_init(&node, &config));
+  config.part_count = CANOPEN_PARTS - 1;
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
 }
 
@@ -85,9 +92,36 @@ static void test_nmt_commands_move_the_node_when_addressed_to_it(void) {
   TEST_ASSERT_EQUAL(NMT_STOPPED, NODE->state);
 }
 
+/* State before, command and addressed node; state after, and what the node has to do. */
+static void test_each_nmt_command_has_its_state_and_its_request(void) {
+  static const struct {
+    nmt_state before;
+    uint8_t command, node_id;
+    nmt_state after;
+    nmt_request request;
+  } rows[] = {
+      {NMT_PRE_OPERATIONAL, 1, BENCH_NODE, NMT_OPERATIONAL, NMT_NOTHING},
+      {NMT_OPERATIONAL, 2, BENCH_NODE, NMT_STOPPED, NMT_NOTHING},
+      {NMT_STOPPED, 128, 0, NMT_PRE_OPERATIONAL, NMT_NOTHING},
+      {NMT_OPERATIONAL, 129, BENCH_NODE, NMT_INITIALISING, NMT_RESET_NODE},
+      {NMT_STOPPED, 130, 0, NMT_INITIALISING, NMT_RESET_COMMUNICATION},
+      {NMT_OPERATIONAL, 130, BENCH_NODE + 1, NMT_OPERATIONAL, NMT_NOTHING},
+      {NMT_OPERATIONAL, 3, BENCH_NODE, NMT_OPERATIONAL, NMT_NOTHING},
+      {NMT_INITIALISING, 1, BENCH_NODE, NMT_INITIALISING, NMT_NOTHING},
+      {NMT_INITIALISING, 129, BENCH_NODE, NMT_INITIALISING, NMT_NOTHING},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    nmt_state state = rows[i].before;
+    const can_frame frame = {.id = 0, .length = 2, .data = {rows[i].command, rows[i].node_id}};
+    TEST_ASSERT_EQUAL(rows[i].request, nmt_receive(&state, BENCH_NODE, &frame));
+    TEST_ASSERT_EQUAL(rows[i].after, state);
+  }
+}
+
 static void test_reset_communication_brings_the_defaults_and_a_boot_up(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1015, 0, 7, 2));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F00, 5, 77, 1));
+  strcpy(NODE->objects.hardware_version, "B2");
   bench.sent = 0;
   bench_nmt(130, BENCH_NODE);
   TEST_ASSERT_EQUAL(NMT_INITIALISING, NODE->state);
@@ -96,6 +130,7 @@ static void test_reset_communication_brings_the_defaults_and_a_boot_up(void) {
   TEST_ASSERT_EQUAL(0, bench.log[0].data[0]);
   TEST_ASSERT_EQUAL(0, NODE->objects.emergency.inhibit_100us);
   TEST_ASSERT_EQUAL(4711, NODE->objects.serial_number);
+  TEST_ASSERT_EQUAL_STRING("B2", NODE->objects.hardware_version);
   TEST_ASSERT_EQUAL(77, bench.device.values.u8);
   TEST_ASSERT_EQUAL_HEX32(0x10001, bench.device.resets);
   bench_nmt(129, BENCH_NODE);
@@ -103,11 +138,29 @@ static void test_reset_communication_brings_the_defaults_and_a_boot_up(void) {
   TEST_ASSERT_EQUAL_HEX32(0x20001, bench.device.resets);
 }
 
+/* Identify a node with the revision 1: the last of six requests has an answer, in the ms after it. */
+static void test_lss_is_answered_during_a_reset(void) {
+  const uint32_t numbers[6] = {0, 0x54534456, 1, 1, 4711, 4711};
+  bench_nmt(130, BENCH_NODE);
+  bench.sent = 0;
+  for (uint32_t step = 0; step < 6; step++) {
+    const uint32_t number = numbers[step];
+    const uint8_t request[8] = {(uint8_t)(0x46 + step), (uint8_t)number, (uint8_t)(number >> 8),
+                                (uint8_t)(number >> 16), (uint8_t)(number >> 24)};
+    bench_give(0x7E5, 8, request);
+  }
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(NMT_INITIALISING, NODE->state);
+  TEST_ASSERT_EQUAL(1, bench_count(0x7E4));
+  TEST_ASSERT_EQUAL_HEX8(0x4F, bench_last(0x7E4)->data[0]);
+}
+
 static void test_heartbeat_comes_on_time_with_the_state(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1017, 0, 10, 2));
   bench.sent = 0;
   bench_wait_ms(100);
   TEST_ASSERT_EQUAL(10, bench_count(0x705));
+  TEST_ASSERT_EQUAL(1, bench_last(0x705)->length);
   TEST_ASSERT_EQUAL(127, bench_last(0x705)->data[0]);
   bench_operational();
   bench_wait_ms(10);
@@ -211,6 +264,24 @@ static void test_emergency_is_reported_once_kept_in_the_history_and_cleared(void
   TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1003, 0));
 }
 
+/* A second temperature is too high, and so is a current: one error, reported twice, with the bits of both. */
+static void test_an_error_that_is_raised_again_is_reported_again_and_cleared_once(void) {
+  const emergency_error hot = {.code = 0x4310, .register_bits = ERROR_TEMPERATURE, .source = 1};
+  const emergency_error hotter = {.code = 0x4310, .register_bits = ERROR_CURRENT, .source = 1, .detail = 9};
+  TEST_ASSERT_TRUE(canopen_node_raise_again(NODE, &hot));
+  TEST_ASSERT_EQUAL_HEX8(ERROR_GENERIC | ERROR_TEMPERATURE, NODE->objects.emergency.error_register);
+  TEST_ASSERT_TRUE(canopen_node_raise_again(NODE, &hotter));
+  const uint8_t both = ERROR_GENERIC | ERROR_TEMPERATURE | ERROR_CURRENT;
+  TEST_ASSERT_EQUAL_HEX8(both, NODE->objects.emergency.error_register);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(2, bench_count(0x85));
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x10, 0x43, both, 9, 1, 0, 0, 0}), bench_last(0x85)->data, 8);
+  TEST_ASSERT_EQUAL(2, NODE->objects.emergency.count);
+  TEST_ASSERT_TRUE(canopen_node_clear(NODE, 1, 0x4310));
+  TEST_ASSERT_EQUAL_HEX8(0, NODE->objects.emergency.error_register);
+  TEST_ASSERT_FALSE(canopen_node_clear(NODE, 1, 0x4310));
+}
+
 static void test_the_same_error_of_two_sources_is_over_when_both_are(void) {
   for (uint8_t source = 1; source <= 2; source++) {
     const emergency_error error = {.code = 0x8611, .register_bits = ERROR_MANUFACTURER, .source = source};
@@ -274,6 +345,10 @@ static void test_a_clock_that_differs_from_sync_by_1_percent_is_reported_while_i
   give_syncs(70, 101);
   TEST_ASSERT_TRUE(clock_is_off());
   give_syncs(70, 100);
+  TEST_ASSERT_FALSE(clock_is_off());
+  give_syncs(70, 99);
+  TEST_ASSERT_TRUE(clock_is_off());
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1006, 0, 100000, 4)); /* the same again: it is judged anew */
   TEST_ASSERT_FALSE(clock_is_off());
   give_syncs(70, 99);
   TEST_ASSERT_TRUE(clock_is_off());
@@ -461,6 +536,43 @@ static void test_a_lost_heartbeat_is_over_when_each_lost_node_is_back(void) {
   TEST_ASSERT_FALSE(is_active(0x8130));
 }
 
+/* One of four consumers has lost its node; the others hear theirs. */
+static void test_a_consumer_that_is_set_anew_forgets_its_lost_node_alone(void) {
+  const uint8_t alive[1] = {5};
+  for (uint8_t lost = 1; lost <= 4; lost++) {
+    bench_start();
+    for (uint8_t n = 1; n <= 4; n++) {
+      TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, n, (uint32_t)n << 16 | (n == lost ? 10 : 100), 4));
+      bench_give(0x700u + n, 1, alive);
+    }
+    bench_wait_ms(20);
+    TEST_ASSERT_TRUE(is_active(0x8130));
+    TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, lost, 0, 4));
+    TEST_ASSERT_FALSE(is_active(0x8130));
+    bench_wait_ms(100);
+    TEST_ASSERT_EQUAL(1 + 2 + 3 + 4, bench.device.heartbeats_lost); /* now the others, too: the sum of the node ids */
+  }
+}
+
+/* Consumer 1 has lost node 1; after the reset, consumer 2 loses node 2 and hears it again. */
+static void test_a_node_that_was_lost_before_a_reset_is_not_missed_after_it(void) {
+  const uint8_t alive[1] = {5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x0001000A, 4));
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(20);
+  TEST_ASSERT_TRUE(is_active(0x8130));
+  bench_nmt(130, BENCH_NODE);
+  bench_wait_ms(RESET_MS);
+  TEST_ASSERT_FALSE(is_active(0x8130));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 2, 0x0002000A, 4));
+  bench_give(0x702, 1, alive);
+  bench_wait_ms(20);
+  TEST_ASSERT_TRUE(is_active(0x8130));
+  bench_give(0x702, 1, alive);
+  bench_wait_ms(2);
+  TEST_ASSERT_FALSE(is_active(0x8130));
+}
+
 /* A time of 0 switches a consumer off; 1 ms is the shortest. */
 static void test_a_heartbeat_is_monitored_from_1_ms_on(void) {
   const uint8_t alive[1] = {5};
@@ -598,6 +710,9 @@ static void test_the_silence_of_the_master_is_counted_from_its_last_frame_in_eac
     bench_wait_ms(1);
     TEST_ASSERT_EQUAL(begun_ms + ms, canopen_node_silent_ms(NODE));
   }
+  NODE->silent_ms = UINT32_MAX - 1; /* 49 days */
+  bench_wait_ms(3);
+  TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, canopen_node_silent_ms(NODE));
 }
 
 /* Node 127 is the last one; a heartbeat has one byte. */
@@ -647,6 +762,21 @@ static void test_a_boot_up_starts_no_monitoring_and_is_the_loss_of_a_monitored_n
   bench_give(0x701, 1, alive);
   bench_wait_ms(2);
   TEST_ASSERT_FALSE(is_active(0x8130));
+}
+
+/* State heard, and what is new about it. */
+static void test_a_consumer_tells_what_each_heartbeat_means(void) {
+  static const struct {
+    uint8_t remote_state;
+    heartbeat_news news;
+  } rows[] = {{0, HEARTBEAT_BOOTED}, {127, HEARTBEAT_HEARD}, {5, HEARTBEAT_HEARD},   {0x80, HEARTBEAT_RESET},
+              {0, HEARTBEAT_BOOTED}, {4, HEARTBEAT_BACK},    {0x85, HEARTBEAT_HEARD}};
+  heartbeat_consumer consumer;
+  heartbeat_consumer_reset(&consumer);
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    TEST_ASSERT_EQUAL(rows[i].news, heartbeat_consumer_hear(&consumer, rows[i].remote_state));
+    TEST_ASSERT_EQUAL_HEX8(rows[i].remote_state, consumer.remote_state);
+  }
 }
 
 static void test_error_passive_is_reported_while_it_lasts(void) {
@@ -793,13 +923,16 @@ int main(void) {
   RUN_TEST(test_a_node_without_id_has_the_identifiers_of_node_1_and_is_silent);
   RUN_TEST(test_a_configuration_is_taken_within_its_limits_and_refused_outside);
   RUN_TEST(test_nmt_commands_move_the_node_when_addressed_to_it);
+  RUN_TEST(test_each_nmt_command_has_its_state_and_its_request);
   RUN_TEST(test_reset_communication_brings_the_defaults_and_a_boot_up);
+  RUN_TEST(test_lss_is_answered_during_a_reset);
   RUN_TEST(test_heartbeat_comes_on_time_with_the_state);
   RUN_TEST(test_lost_master_is_reported_and_stops_pdos);
   RUN_TEST(test_error_behaviour_can_be_none_or_stopped);
   RUN_TEST(test_one_node_is_monitored_by_one_consumer_only);
   RUN_TEST(test_an_emergency_that_the_controller_does_not_take_waits);
   RUN_TEST(test_emergency_is_reported_once_kept_in_the_history_and_cleared);
+  RUN_TEST(test_an_error_that_is_raised_again_is_reported_again_and_cleared_once);
   RUN_TEST(test_the_same_error_of_two_sources_is_over_when_both_are);
   RUN_TEST(test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight);
   RUN_TEST(test_missing_sync_is_reported_after_one_and_a_half_periods);
@@ -816,6 +949,8 @@ int main(void) {
   RUN_TEST(test_emergencies_come_in_the_order_of_their_errors);
   RUN_TEST(test_two_nodes_lost_at_once_are_both_reported);
   RUN_TEST(test_a_lost_heartbeat_is_over_when_each_lost_node_is_back);
+  RUN_TEST(test_a_consumer_that_is_set_anew_forgets_its_lost_node_alone);
+  RUN_TEST(test_a_node_that_was_lost_before_a_reset_is_not_missed_after_it);
   RUN_TEST(test_a_heartbeat_is_monitored_from_1_ms_on);
   RUN_TEST(test_lss_selects_the_node_by_its_identity);
   RUN_TEST(test_the_inhibit_time_of_emergencies_is_never_shorter_than_set);
@@ -825,6 +960,7 @@ int main(void) {
   RUN_TEST(test_the_silence_of_the_master_is_counted_from_its_last_frame_in_each_ms);
   RUN_TEST(test_only_a_heartbeat_of_one_byte_counts);
   RUN_TEST(test_a_boot_up_starts_no_monitoring_and_is_the_loss_of_a_monitored_node);
+  RUN_TEST(test_a_consumer_tells_what_each_heartbeat_means);
   RUN_TEST(test_error_passive_is_reported_while_it_lasts);
   RUN_TEST(test_after_bus_off_only_an_operational_node_obeys_its_error_behaviour);
   RUN_TEST(test_an_overrun_is_over_one_second_after_the_last_lost_frame);

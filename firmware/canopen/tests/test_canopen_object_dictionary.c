@@ -17,6 +17,11 @@ static void test_every_table_that_ships_is_sorted_and_consistent(void) {
   const od_table_verdict verdict = od_check_dictionary(&bench.device.node.dictionary);
   TEST_ASSERT_EQUAL_MESSAGE(OD_TABLE_GOOD, verdict.fault, "see od_table_fault");
   TEST_ASSERT_EQUAL_HEX16(0, verdict.index);
+  TEST_ASSERT_EQUAL(0, verdict.sub);
+  const od_table_verdict of_table = od_check_table(&bench.device.node.parts[0].table);
+  TEST_ASSERT_EQUAL(OD_TABLE_GOOD, of_table.fault);
+  TEST_ASSERT_EQUAL_HEX16(0, of_table.index);
+  TEST_ASSERT_EQUAL(0, of_table.sub);
 }
 
 static void test_search_finds_every_row_and_nothing_else(void) {
@@ -47,6 +52,7 @@ static void test_missing_object_and_missing_sub_index_are_reported_apart(void) {
   TEST_ASSERT_EQUAL_HEX32(OD_NO_OBJECT, od_find(dictionary, 0xFFFF, 255, &object));
   TEST_ASSERT_EQUAL_HEX32(OD_NO_SUB, od_find(dictionary, 0x2000, 3, &object));
   TEST_ASSERT_EQUAL_HEX32(OD_NO_SUB, od_find(dictionary, 0x6040, 1, &object));
+  TEST_ASSERT_EQUAL_HEX32(OD_NO_SUB, od_find(dictionary, 0x1000, 1, &object)); /* the first row of a table */
 }
 
 static void test_second_axis_is_the_same_table_on_other_values(void) {
@@ -146,6 +152,18 @@ static void test_text_is_printable_and_fits(void) {
   TEST_ASSERT_EQUAL(0, length);
 }
 
+/* 2F00:8 may be anything but 0. */
+static void test_a_long_number_is_taken_exactly_within_its_limits(void) {
+  static const uint64_t good[] = {1, UINT64_C(0x8000000000000000), UINT64_MAX};
+  const od_object object = find(0x2F00, 8);
+  const uint64_t zero = 0;
+  for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, od_write(&object, (const uint8_t *)&good[i], 8));
+    TEST_ASSERT_EQUAL_HEX32(OD_TOO_LOW, od_write(&object, (const uint8_t *)&zero, 8));
+    TEST_ASSERT_EQUAL_HEX64(good[i], bench.device.values.u64);
+  }
+}
+
 static void test_a_text_of_one_letter_is_read_as_it_was_written(void) {
   const od_object object = find(0x2F00, 10);
   uint8_t bytes[17] = {0};
@@ -194,6 +212,8 @@ static void test_a_value_is_unlimited_when_its_limits_are_those_of_its_type(void
   for (uint32_t i = 0; i < sizeof types / sizeof types[0]; i++) {
     od_entry entry = {.type = (uint8_t)types[i].type, .low = {.i = types[i].low}, .high = {.i = types[i].high}};
     TEST_ASSERT_TRUE(od_is_unlimited(&entry));
+    const od_entry wider = {.type = entry.type, .low = {.i = types[i].low - 1}, .high = {.i = types[i].high + 1}};
+    TEST_ASSERT_TRUE(od_is_unlimited(&wider));
     entry.low.i++;
     TEST_ASSERT_FALSE(od_is_unlimited(&entry));
     entry.low.i--;
@@ -215,6 +235,21 @@ static void test_only_an_owner_that_knows_stops_has_some(void) {
   TEST_ASSERT_FALSE(od_is_stop(&controlword, running));
   TEST_ASSERT_FALSE(od_is_stop(&sync, zero));
   TEST_ASSERT_FALSE(od_is_stop(&unowned, zero));
+}
+
+/* The owner of the test device names those that a row needs; the node's own objects need all that it has. */
+static void test_an_object_needs_the_hooks_that_its_owner_has_and_names(void) {
+  const od_object mode = find(0x6060, 0);
+  const od_object controlword = find(0x6040, 0);
+  const od_object command = find(0x2F12, 0);
+  const od_object sync = find(0x1005, 0);
+  const od_part no_hooks = {.table = controlword.part->table, .values = controlword.part->values};
+  const od_object unowned = {&no_hooks, controlword.entry};
+  TEST_ASSERT_EQUAL_HEX32(OD_HOOK_ACCEPT | OD_HOOK_CHANGED, od_needed_hooks(&mode));
+  TEST_ASSERT_EQUAL_HEX32(OD_HOOK_ACCEPT | OD_HOOK_CHANGED | OD_HOOK_WAITS, od_needed_hooks(&controlword));
+  TEST_ASSERT_EQUAL_HEX32(OD_HOOK_ACCEPT | OD_HOOK_CHANGED | OD_HOOK_EXECUTE, od_needed_hooks(&command));
+  TEST_ASSERT_EQUAL_HEX32(OD_HOOK_REFRESH | OD_HOOK_ACCEPT | OD_HOOK_CHANGED | OD_HOOK_EXECUTE, od_needed_hooks(&sync));
+  TEST_ASSERT_EQUAL_HEX32(0, od_needed_hooks(&unowned));
 }
 
 typedef struct {
@@ -322,6 +357,8 @@ static void test_check_knows_the_size_and_the_range_of_each_integer(void) {
     TEST_ASSERT_EQUAL(OD_TABLE_BAD_TYPE, fault_of_number(type, (uint16_t)(bytes + 1), low, high, low));
   }
   TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(OD_UNSIGNED64, 8, 0, -1, -1)); /* -1: all bits */
+  TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(OD_UNSIGNED64, 8, 5, 5, 5));
+  TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(OD_DOMAIN, 0, 9, 3, 5)); /* a stream has no limits */
   TEST_ASSERT_EQUAL(OD_TABLE_BAD_LIMITS, fault_of_number(OD_UNSIGNED64, 8, -1, 0, 0));
   TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of_number(OD_UNSIGNED64, 8, 2, 9, 1));
   TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of_number(OD_UNSIGNED64, 8, 2, 9, 10));
@@ -423,11 +460,13 @@ int main(void) {
   RUN_TEST(test_integers_are_taken_exactly_within_their_limits);
   RUN_TEST(test_reals_must_be_finite_and_within_their_limits);
   RUN_TEST(test_text_is_printable_and_fits);
+  RUN_TEST(test_a_long_number_is_taken_exactly_within_its_limits);
   RUN_TEST(test_a_text_of_one_letter_is_read_as_it_was_written);
   RUN_TEST(test_a_number_is_taken_with_all_its_bytes_and_no_more);
   RUN_TEST(test_what_is_no_value_or_does_not_fit_is_not_read);
   RUN_TEST(test_a_value_is_unlimited_when_its_limits_are_those_of_its_type);
   RUN_TEST(test_only_an_owner_that_knows_stops_has_some);
+  RUN_TEST(test_an_object_needs_the_hooks_that_its_owner_has_and_names);
   RUN_TEST(test_check_names_what_is_wrong_with_a_table);
   RUN_TEST(test_check_finds_an_object_that_two_parts_have);
   RUN_TEST(test_check_finds_the_overlap_in_each_row);

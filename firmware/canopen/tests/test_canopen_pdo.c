@@ -1,4 +1,5 @@
 #include "canopen/bench.h"
+#include "canopen/node_objects.h"
 
 void setUp(void) { bench_start(); }
 void tearDown(void) {}
@@ -120,6 +121,12 @@ static void test_short_rpdo_is_reported_once_and_cleared_by_a_good_one(void) {
   TEST_ASSERT_EQUAL(6, DEVICE->axis[0].controlword);
   TEST_ASSERT_EQUAL(2, bench_count(0x85));
   TEST_ASSERT_EQUAL(0, DEVICE->node.objects.emergency.error_register);
+  bench_give(RPDO1, 2, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8210));
+  bench_nmt(128, BENCH_NODE); /* over with a new start, too */
+  bench_operational();
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8210));
 }
 
 static void test_silent_rpdo_raises_its_emergency_after_the_event_time(void) {
@@ -221,6 +228,12 @@ static void test_acyclic_synchronous_tpdo_waits_for_event_and_sync(void) {
   bench_wait_ms(1);
   TEST_ASSERT_EQUAL(2, bench_count(TPDO1));
   TEST_ASSERT_EQUAL(7, bench_last(TPDO1)->data[0]);
+  canopen_node_request_tpdo(&DEVICE->node, 0); /* an event, though no value has changed */
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(2, bench_count(TPDO1));
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(3, bench_count(TPDO1));
 }
 
 /* TPDO2 at every second SYNC, with SYNC start value 4. */
@@ -234,12 +247,15 @@ static void start_tpdo2_at_counter_4(void) {
 static void test_tpdo_with_a_start_value_begins_at_that_counter(void) {
   write_ok(0x1019, 0, 10, 1);
   start_tpdo2_at_counter_4();
-  bench_operational();
-  bench.sent = 0;
-  for (uint8_t counter = 1; counter <= 10; counter++) {
-    bench_give(SYNC, 1, &counter);
-    bench_wait_ms(1);
-    TEST_ASSERT_EQUAL(counter < 4 ? 0 : (counter - 2) / 2, bench_count(TPDO2));
+  for (int start = 0; start < 2; start++) { /* and again after each start of the node */
+    bench_operational();
+    bench.sent = 0;
+    for (uint8_t counter = 1; counter <= 10; counter++) {
+      bench_give(SYNC, 1, &counter);
+      bench_wait_ms(1);
+      TEST_ASSERT_EQUAL(counter < 4 ? 0 : (counter - 2) / 2, bench_count(TPDO2));
+    }
+    bench_nmt(128, BENCH_NODE);
   }
 }
 
@@ -286,6 +302,43 @@ static void test_values_follow_each_other_however_they_are_read(void) {
   pdo_gather(&map, bytes);
   const uint8_t expected[3] = {0x34, 0x12, 0x56};
   TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, bytes, 3);
+}
+
+static od_abort measure(void *owner, const od_object *object) {
+  uint8_t *measured = owner;
+  (void)object;
+  ++*measured;
+  return OD_OK;
+}
+
+/* A value that its owner measures anew for each reader, in a TPDO. */
+static void test_a_value_that_its_owner_refreshes_is_refreshed_in_each_tpdo(void) {
+  static uint8_t measured;
+  static const od_hooks measures = {.refresh = measure};
+  static const od_entry row[] = {
+      {.type = OD_UNSIGNED8, .index = 0x3000, .bytes = 1, .access = OD_RO, .flags = OD_TPDO, .high = {.i = 255}}};
+  const od_part part = {.table = {row, 1}, .values = &measured, .owner = &measured, .hooks = &measures};
+  const object_dictionary dictionary = {.parts = &part, .count = 1};
+  const pdo_mapping mapping = {.count = 1, .entry = {0x30000008}};
+  pdo_map map;
+  measured = 40;
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, pdo_resolve(&dictionary, PDO_TRANSMIT, &mapping, &map));
+  for (uint8_t sent = 41; sent <= 43; sent++) {
+    uint8_t bytes[8] = {0};
+    pdo_gather(&map, bytes);
+    TEST_ASSERT_EQUAL(sent, bytes[0]);
+  }
+}
+
+static void test_a_tpdo_that_is_off_sends_nothing_whoever_asks(void) {
+  tpdo *off = &DEVICE->node.tpdos[3];
+  bench_operational();
+  bench_wait_ms(5);
+  bench.sent = 0;
+  tpdo_request(off);
+  tpdo_sync(off, 0);
+  tpdo_tick(off, &DEVICE->node.sender);
+  TEST_ASSERT_EQUAL(0, bench.sent);
 }
 
 static void test_event_timer_repeats_a_tpdo_and_request_sends_one(void) {
@@ -353,6 +406,117 @@ static void test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed(vo
   TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
 }
 
+/* The same row of two axes is two objects, in either order. */
+static void test_the_controlwords_of_two_axes_may_be_in_one_rpdo(void) {
+  static const pdo_mapping mappings[] = {{.count = 2, .entry = {0x60400010, 0x68400010}},
+                                         {.count = 2, .entry = {0x68400010, 0x60400010}}};
+  for (int i = 0; i < 2; i++) {
+    pdo_map map;
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, pdo_resolve(&DEVICE->node.dictionary, PDO_RECEIVE, &mappings[i], &map));
+    TEST_ASSERT_EQUAL(4, map.length);
+  }
+}
+
+/* RPDO1 and RPDO3, each with the controlword of one axis, wait for a SYNC. */
+static void start_with_a_synchronous_controlword_for_each_axis(void) {
+  static const uint32_t controlwords[] = {0x60400010, 0x68400010};
+  for (uint16_t n = 0; n <= 2; n += 2) {
+    const uint32_t identifier = RPDO1 + 0x100u * n;
+    write_ok((uint16_t)(0x1400 + n), 1, 0x80000000u | identifier, 4);
+    write_ok((uint16_t)(0x1600 + n), 0, 0, 1);
+    write_ok((uint16_t)(0x1600 + n), 1, controlwords[n / 2], 4);
+    write_ok((uint16_t)(0x1600 + n), 0, 1, 1);
+    write_ok((uint16_t)(0x1400 + n), 2, 1, 1);
+    write_ok((uint16_t)(0x1400 + n), 1, identifier, 4);
+  }
+  bench_operational();
+}
+
+static void give_controlwords(uint8_t azimuth, uint8_t pitch) {
+  const uint8_t first[2] = {azimuth, 0};
+  const uint8_t second[2] = {pitch, 0};
+  bench_give(RPDO1, 2, first);
+  bench_give(RPDO3, 2, second);
+}
+
+static void check_controlwords(uint16_t azimuth, uint16_t pitch) {
+  TEST_ASSERT_EQUAL_HEX16(azimuth, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL_HEX16(pitch, DEVICE->axis[1].controlword);
+}
+
+static void test_the_stops_of_two_rpdos_that_wait_for_sync_are_obeyed_when_the_node_leaves_operational(void) {
+  start_with_a_synchronous_controlword_for_each_axis();
+  give_controlwords(0x0F, 0x0F);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  check_controlwords(0x0F, 0x0F);
+  give_controlwords(0x0B, 0x02);
+  bench_wait_ms(1);
+  check_controlwords(0x0F, 0x0F);
+  bench_nmt(128, BENCH_NODE);
+  check_controlwords(0x0B, 0x02);
+}
+
+/* One of the two axes has not yet obeyed its last command: the SYNC waits for it, and takes effect on both. */
+static void test_a_sync_waits_until_each_axis_can_take_its_command(void) {
+  for (int same = 0; same <= 1; same++) { /* whether the first axis gets another command, too */
+    bench_start();
+    start_with_a_synchronous_controlword_for_each_axis();
+    give_controlwords(0x0F, 0x0F);
+    bench_give(SYNC, 0, NULL);
+    bench_wait_ms(1);
+    DEVICE->busy = true;
+    give_controlwords(same ? 0x0F : 0x1F, 0x1F);
+    bench_give(SYNC, 0, NULL);
+    bench_wait_ms(5);
+    check_controlwords(0x0F, 0x0F);
+    DEVICE->busy = false;
+    bench_wait_ms(1);
+    check_controlwords(same ? 0x0F : 0x1F, 0x1F);
+  }
+}
+
+/* The command that is there already waits for nothing; another one waits, and what comes after it, too. */
+static void test_a_command_that_must_wait_keeps_its_place_among_the_frames(void) {
+  const uint8_t speeds[8] = {0x10, 0x27};
+  bench_operational();
+  give_rpdo1(0x0F, 9);
+  DEVICE->busy = true;
+  give_rpdo1(0x0F, 8);
+  TEST_ASSERT_EQUAL(8, DEVICE->axis[0].mode);
+  give_rpdo1(0x1F, 9);
+  bench_give(RPDO2, 8, speeds);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL_HEX16(0x0F, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(8, DEVICE->axis[0].mode);
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].target_velocity);
+  DEVICE->busy = false;
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0x1F, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+  TEST_ASSERT_EQUAL(10000, DEVICE->axis[0].target_velocity);
+}
+
+/* Values that the device has set itself, beyond what a master may set: to send them again asks for nothing. */
+static void test_a_value_that_is_there_already_is_not_refused(void) {
+  static const uint32_t objects[] = {0x60400010, 0x60600008, 0x2F000920};
+  const uint32_t bits = bench_bits(2000.0f);
+  const uint8_t bytes[7] = {
+      0x0F, 0, 11, (uint8_t)bits, (uint8_t)(bits >> 8), (uint8_t)(bits >> 16), (uint8_t)(bits >> 24)};
+  map_into_rpdo1(objects, 3);
+  bench_give(RPDO1, 7, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
+  DEVICE->axis[0].mode = 11;
+  DEVICE->values.f32 = 2000.0f;
+  bench_give(RPDO1, 7, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0x0F, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
+}
+
 /* RPDO1 of CiA 402 is the controlword alone; this one maps the mode, too. */
 static void test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else(void) {
   const struct {
@@ -407,6 +571,7 @@ static void test_a_refused_value_is_over_when_the_rpdo_starts_again(void) {
   give_rpdo1(0x0F, 11);
   TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
   bench_nmt(128, BENCH_NODE);
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
   bench_operational();
   TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
 }
@@ -532,6 +697,30 @@ static void test_the_identifier_that_a_pdo_has_may_be_written_while_it_is_on(voi
   TEST_ASSERT_EQUAL_HEX32(0x08000022, bench_write(0x1400, 1, RPDO1 + 1, 4));
 }
 
+/* 0 .. 240 with SYNC, 254 and 255 by event; the others are reserved or need remote requests. */
+static void test_only_transmission_types_that_exist_are_taken(void) {
+  for (uint32_t type = 0; type <= 255; type++) {
+    const bool good = type <= 240 || type >= 254;
+    TEST_ASSERT_EQUAL_HEX32(good ? 0 : 0x06090030, bench_write(0x1400, 2, type, 1));
+    TEST_ASSERT_EQUAL_HEX32(good ? 0 : 0x06090030, bench_write(0x1800, 2, type, 1));
+  }
+}
+
+/* Rows of an application's table whose index is that of a record beyond the node's PDOs: its own hooks judge nothing.
+ */
+static void test_a_record_beyond_the_last_pdo_is_none_of_the_nodes(void) {
+  static const uint16_t beyond[] = {0x1400 + RPDO_COUNT, 0x1600 + RPDO_COUNT, 0x1800 + TPDO_COUNT, 0x1A00 + TPDO_COUNT};
+  const od_number extended = {.i = 0x20000000};
+  const communication_objects before = DEVICE->node.objects;
+  for (uint32_t i = 0; i < sizeof beyond / sizeof beyond[0]; i++) {
+    const od_entry row = {.type = OD_UNSIGNED32, .index = beyond[i], .sub = 1, .bytes = 4};
+    const od_object object = {&DEVICE->node.parts[1], &row};
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, node_objects_hooks.accept(&DEVICE->node, &object, extended));
+    node_objects_hooks.changed(&DEVICE->node, &object);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &DEVICE->node.objects, sizeof before);
+  }
+}
+
 /* RPDO1 to RPDO4 one after another, each with one byte of its own. */
 static void test_each_of_the_four_rpdos_can_wait_for_sync(void) {
   static const uint8_t subs[] = {5, 6, 7, 8}; /* of 2F00: u8, u16, u32, u64 */
@@ -625,8 +814,9 @@ static void test_tpdos_after_the_last_one_that_is_on_take_no_time(void) {
 
 /* SYNC counts as a frame of the master only when a PDO uses it. */
 static void test_a_synchronous_tpdo8_makes_sync_a_sign_of_the_master(void) {
-  write_ok(0x1401, 2, 255, 1);
   write_ok(0x1801, 2, 255, 1);
+  TEST_ASSERT_TRUE(DEVICE->node.sync_is_used); /* by RPDO2 */
+  write_ok(0x1401, 2, 255, 1);
   TEST_ASSERT_FALSE(DEVICE->node.sync_is_used);
   map_u8(7, 1, 0);
   TEST_ASSERT_TRUE(DEVICE->node.sync_is_used);
@@ -647,6 +837,20 @@ static void test_each_of_the_eight_tpdos_can_answer_a_sync(void) {
     for (uint16_t n = 0; n < TPDO_COUNT; n++) {
       TEST_ASSERT_EQUAL(syncs, bench_count(tpdo_identifier(n)));
     }
+  }
+}
+
+/* 10 ms at 1 Mbit/s, and as much more as a frame then lasts longer; what a master has set stays. */
+static void test_default_inhibit_times_follow_the_bit_rate(void) {
+  static const struct {
+    uint16_t kbit_s;
+    uint32_t inhibit_100us;
+  } rows[] = {{500, 200}, {125, 800}, {250, 400}, {1000, 100}};
+  write_ok(0x1802, 3, 7, 2);
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    canopen_node_set_bit_rate(&DEVICE->node, rows[i].kbit_s);
+    TEST_ASSERT_EQUAL(rows[i].inhibit_100us, bench_get(0x1800, 3));
+    TEST_ASSERT_EQUAL(7, bench_get(0x1802, 3));
   }
 }
 
@@ -707,6 +911,19 @@ static void test_syncs_of_one_ms_are_answered_one_by_one(void) {
     bench_wait_ms(5);
     TEST_ASSERT_EQUAL(rows[i].given, bench_count(TPDO2));
   }
+}
+
+/* More than the TPDO counts between two ticks: it forgets some, but does not begin anew. */
+static void test_of_300_syncs_before_a_tick_255_are_answered(void) {
+  bench_operational();
+  bench_wait_ms(5);
+  bench.sent = 0;
+  tpdo *answering = &DEVICE->node.tpdos[1];
+  for (int n = 0; n < 300; n++) {
+    tpdo_sync(answering, 0);
+  }
+  tpdo_tick(answering, &DEVICE->node.sender);
+  TEST_ASSERT_EQUAL(255, bench_count(TPDO2));
 }
 
 static void test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational(void) {
@@ -863,7 +1080,8 @@ static void test_a_mapping_that_is_refused_leaves_none(void) {
       {{.count = 2, .entry = {0x60400010, 0x2F006308}}, OD_NO_SUB},
       {{.count = 2, .entry = {0x60400010, 0x60410010}}, OD_NOT_MAPPABLE},             /* TPDO only */
       {{.count = 3, .entry = {0x60400010, 0x2F000508, 0x60400010}}, OD_NOT_MAPPABLE}, /* twice */
-      {{.count = 2, .entry = {0x60400010, 0x2F000840}}, OD_MAPPING_TOO_LONG},         /* 10 bytes */
+      {{.count = 3, .entry = {0x60400010, 0x2F000508, 0x2F000508}}, OD_NOT_MAPPABLE},
+      {{.count = 2, .entry = {0x60400010, 0x2F000840}}, OD_MAPPING_TOO_LONG}, /* 10 bytes */
       {{.count = 9, .entry = {0x60400010}}, OD_MAPPING_TOO_LONG},
   };
   const object_dictionary *dictionary = &DEVICE->node.dictionary;
@@ -892,12 +1110,19 @@ int main(void) {
   RUN_TEST(test_mapping_follows_the_sequence_of_the_standard_only);
   RUN_TEST(test_what_cannot_be_mapped_is_refused);
   RUN_TEST(test_values_follow_each_other_however_they_are_read);
+  RUN_TEST(test_a_value_that_its_owner_refreshes_is_refreshed_in_each_tpdo);
   RUN_TEST(test_a_command_in_an_rpdo_is_executed_once_for_each_frame);
   RUN_TEST(test_an_rpdo_with_a_value_that_is_refused_executes_nothing);
   RUN_TEST(test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written);
+  RUN_TEST(test_a_tpdo_that_is_off_sends_nothing_whoever_asks);
   RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
   RUN_TEST(test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once);
   RUN_TEST(test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed);
+  RUN_TEST(test_the_controlwords_of_two_axes_may_be_in_one_rpdo);
+  RUN_TEST(test_the_stops_of_two_rpdos_that_wait_for_sync_are_obeyed_when_the_node_leaves_operational);
+  RUN_TEST(test_a_sync_waits_until_each_axis_can_take_its_command);
+  RUN_TEST(test_a_command_that_must_wait_keeps_its_place_among_the_frames);
+  RUN_TEST(test_a_value_that_is_there_already_is_not_refused);
   RUN_TEST(test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else);
   RUN_TEST(test_a_stop_that_waits_for_sync_is_not_replaced_by_a_later_frame);
   RUN_TEST(test_a_command_that_waits_for_sync_does_not_undo_a_stop_in_a_frame_that_is_too_short);
@@ -912,15 +1137,19 @@ int main(void) {
   RUN_TEST(test_two_rpdos_may_receive_one_frame);
   RUN_TEST(test_during_a_change_of_the_bit_rate_only_nmt_is_obeyed);
   RUN_TEST(test_the_identifier_that_a_pdo_has_may_be_written_while_it_is_on);
+  RUN_TEST(test_only_transmission_types_that_exist_are_taken);
+  RUN_TEST(test_a_record_beyond_the_last_pdo_is_none_of_the_nodes);
   RUN_TEST(test_each_of_the_four_rpdos_can_wait_for_sync);
   RUN_TEST(test_tpdo5_to_8_are_off_with_identifiers_beyond_the_predefined_set);
   RUN_TEST(test_tpdo5_to_8_are_sent_in_every_ms_in_their_order);
   RUN_TEST(test_tpdos_after_the_last_one_that_is_on_take_no_time);
   RUN_TEST(test_a_synchronous_tpdo8_makes_sync_a_sign_of_the_master);
   RUN_TEST(test_each_of_the_eight_tpdos_can_answer_a_sync);
+  RUN_TEST(test_default_inhibit_times_follow_the_bit_rate);
   RUN_TEST(test_each_of_the_eight_tpdos_starts_anew_with_another_bit_rate);
   RUN_TEST(test_a_stop_is_obeyed_beside_bytes_that_are_skipped);
   RUN_TEST(test_syncs_of_one_ms_are_answered_one_by_one);
+  RUN_TEST(test_of_300_syncs_before_a_tick_255_are_answered);
   RUN_TEST(test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational);
   RUN_TEST(test_a_sync_that_came_before_a_stop_is_not_answered_after_the_next_start);
   RUN_TEST(test_a_start_value_is_ignored_by_a_sync_without_counter);

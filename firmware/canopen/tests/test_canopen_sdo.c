@@ -83,6 +83,26 @@ static void test_segmented_upload_brings_a_text(void) {
   TEST_ASSERT_EQUAL(SDO_IDLE, SERVER->state);
 }
 
+/* 30 bytes: four segments of 7, and one of 2. */
+static void test_each_segment_of_an_upload_goes_on_where_the_last_one_ended(void) {
+  const uint8_t start[8] = {0x40, 0x02, 0x2F, 0};
+  uint8_t answer[8];
+  for (uint8_t i = 0; i < 30; i++) {
+    bench.device.stream[i] = (uint8_t)(100 + i);
+  }
+  bench.device.stream_size = 30;
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL(30, bench_u32(&answer[4]));
+  for (uint8_t n = 0; n < 5; n++) {
+    const uint8_t toggle = n % 2 == 0 ? 0x00 : 0x10;
+    const uint8_t segment[8] = {(uint8_t)(0x60 | toggle)};
+    bench_sdo(segment, answer);
+    TEST_ASSERT_EQUAL_HEX8(toggle | (n == 4 ? 5 << 1 | 1 : 0), answer[0]);
+    TEST_ASSERT_EQUAL_MEMORY(&bench.device.stream[7 * n], &answer[1], n == 4 ? 2 : 7);
+  }
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
 /* The toggle bit alternates within a transfer, and each one begins with 0: also after a transfer of one segment. */
 static void test_each_transfer_begins_with_toggle_0(void) {
   const uint8_t start[8] = {0x21, 0x00, 0x2F, 6, 2};
@@ -106,8 +126,10 @@ static void test_segment_with_the_wrong_toggle_is_refused(void) {
   bench_sdo(upload, answer);
   bench_sdo(upload_segment, answer);
   TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
-  bench_wait_ms(SDO_QUIET_MS); /* it could have come from another client */
-  bench_sdo(download, answer);
+  bench_sdo(download, answer); /* the segment could have come from another client: this one waits */
+  TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
+  bench_wait_ms(SDO_QUIET_MS);
+  TEST_ASSERT_EQUAL_HEX8(0x60, bench_last(0x585)->data[0]);
   bench_sdo(download_segment, answer);
   TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
   TEST_ASSERT_EQUAL_HEX8(0x00, answer[1]);
@@ -119,6 +141,7 @@ static void test_segmented_download_must_bring_what_it_announced(void) {
   const uint8_t start[8] = {0x21, 0x00, 0x2F, 8, 8};
   const uint8_t all[8] = {0x01, 1, 2, 3, 4, 5, 6, 7};
   const uint8_t wrong_size[8] = {0x21, 0x00, 0x2F, 8, 9};
+  const uint8_t too_few[8] = {0x21, 0x00, 0x2F, 8, 7};
   uint8_t answer[8];
   bench_sdo(start, answer);
   TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
@@ -127,6 +150,21 @@ static void test_segmented_download_must_bring_what_it_announced(void) {
   TEST_ASSERT_EQUAL_HEX64(0x0123456789ABCDEF, bench.device.values.u64);
   bench_sdo(wrong_size, answer);
   TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
+  bench_wait_ms(SDO_QUIET_MS);
+  bench_sdo(too_few, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06070013, abort_of(answer));
+}
+
+/* A text of 2 letters into the room of 16. */
+static void test_a_text_may_be_shorter_than_its_room(void) {
+  const uint8_t start[8] = {0x21, 0x00, 0x2F, 10, 2};
+  const uint8_t letters[8] = {0x0B, 'h', 'i'};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+  bench_sdo(letters, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x20, answer[0]);
+  TEST_ASSERT_EQUAL_STRING("hi", bench.device.values.text);
 }
 
 static void test_a_download_announced_with_the_largest_size_is_refused_at_once(void) {
@@ -287,6 +325,27 @@ static void test_a_request_that_meets_an_answer_under_way_comes_after_it(void) {
   TEST_ASSERT_EQUAL(3, bench_count(0x585));
   TEST_ASSERT_EQUAL_HEX8(0x43, bench.log[0].data[0]);
   TEST_ASSERT_EQUAL_HEX32(0x3A, bench.device.values.u32);
+}
+
+/* The answer to the first client has just left, and the second one's request has waited for it: a third client's
+ * transfer waits until the first one cannot go on. */
+static void test_a_third_clients_transfer_waits_for_both_that_came_before(void) {
+  const uint8_t write[8] = {0x23, 0x00, 0x2F, 7, 0x39};
+  bench.bus_full = true;
+  bench_give(0x605, 8, upload_text);
+  bench_wait_ms(1);
+  bench_give(0x605, 8, write);
+  bench_wait_ms(1);
+  bench.bus_full = false;
+  canopen_node_answer(&bench.device.node);
+  bench_give(0x605, 8, upload_u64);
+  bench_wait_ms(SDO_QUIET_MS - 2);
+  TEST_ASSERT_EQUAL(2, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX8(10, bench.log[0].data[3]);
+  TEST_ASSERT_EQUAL_HEX8(0x60, bench.log[1].data[0]);
+  bench_wait_ms(4);
+  TEST_ASSERT_EQUAL(3, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX8(8, bench_last(0x585)->data[3]);
 }
 
 /* --- Two channels
@@ -545,6 +604,28 @@ static void test_full_bus_delays_an_upload_and_loses_nothing(void) {
   TEST_ASSERT_EQUAL_MEMORY(pattern, data, 800);
 }
 
+/* The bus takes no segment, and the client has given up: it asks for something else. */
+static void test_an_upload_that_waits_for_the_bus_gives_way_to_a_new_request(void) {
+  const uint8_t start[8] = {0xA4, 0x02, 0x2F, 0, 127};
+  const uint8_t go[8] = {0xA3};
+  const uint8_t read[8] = {0x40, 0x00, 0x2F, 7};
+  uint8_t answer[8];
+  bench.device.stream_size = 800;
+  bench_sdo(start, answer);
+  bench.bus_full = true;
+  bench_give(0x605, 8, go);
+  bench_wait_ms(3);
+  bench_give(0x605, 8, read);
+  bench_wait_ms(3);
+  bench.bus_full = false;
+  bench.sent = 0;
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(1, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x43, 0x00, 0x2F, 7, 0xEF, 0xBE, 0xAD, 0xDE}),
+                               bench_last(0x585)->data, 8);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
 /* --- Every first byte, every length, every state ------------------------------------------------------------------ */
 
 static void enter_state(sdo_state state) {
@@ -776,6 +857,18 @@ static void test_the_abort_of_another_client_ends_the_transfer_and_its_stream(vo
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
+static void test_a_stop_ends_the_transfers_of_both_channels(void) {
+  const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
+  uint8_t answer[8];
+  open_second_channel();
+  bench_sdo(start, answer);
+  bench_give(REQUEST_2, 8, start);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(2, bench.device.streams_open);
+  bench_nmt(2, BENCH_NODE);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
 static void test_a_silent_client_of_the_second_channel_is_timed_out_too(void) {
   const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
   open_second_channel();
@@ -847,6 +940,65 @@ static void test_a_block_upload_whose_stream_fails_ends_with_its_abort_code(void
   TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
 }
 
+/* 4 bytes at once, into a stream whose owner takes none. */
+static void test_an_expedited_write_that_the_stream_refuses_gets_its_abort_code(void) {
+  bench.device.stream_broken = true;
+  TEST_ASSERT_EQUAL_HEX32(0x06060000, bench_write(0x2F01, 0, 0x12345678, 4));
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+  TEST_ASSERT_EQUAL(0, bench.device.stream_size);
+}
+
+static void test_an_expedited_read_that_the_stream_refuses_gets_its_abort_code(void) {
+  uint32_t abort = 0;
+  bench.device.stream_size = 4;
+  bench.device.stream_broken = true;
+  (void)bench_read(0x2F02, 0, &abort);
+  TEST_ASSERT_EQUAL_HEX32(0x06060000, abort);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+/* The axis still obeys its last controlword: another one is answered when it is in force, the same one at once. */
+static void test_a_write_that_must_wait_is_answered_when_it_is_done(void) {
+  const uint8_t enable[8] = {0x2B, 0x40, 0x60, 0, 0x0F};
+  uint8_t answer[8];
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x6040, 0, 0x07, 2));
+  bench.device.busy = true;
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x6040, 0, 0x07, 2));
+  bench_sdo(enable, answer);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(0, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX16(0x07, bench.device.axis[0].controlword);
+  bench.device.busy = false;
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX8(0x60, bench_last(0x585)->data[0]);
+  TEST_ASSERT_EQUAL_HEX16(0x0F, bench.device.axis[0].controlword);
+}
+
+static void test_an_answer_that_was_not_sent_is_forgotten_with_a_stop(void) {
+  bench.bus_full = true;
+  bench_give(0x605, 8, upload_text);
+  bench_wait_ms(1);
+  bench_nmt(2, BENCH_NODE);
+  bench.bus_full = false;
+  bench_nmt(128, BENCH_NODE);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(0, bench_count(0x585));
+}
+
+/* All segments are confirmed: the client may only end the transfer. */
+static void test_a_finished_block_upload_takes_nothing_but_its_end(void) {
+  static const uint8_t parts[] = {0xA2, 0xA3};
+  for (uint32_t i = 0; i < sizeof parts; i++) {
+    const uint8_t request[8] = {parts[i], 4, 4};
+    enter_state(SDO_BLOCK_UPLOAD_END);
+    TEST_ASSERT_EQUAL(1, bench.device.streams_open);
+    uint8_t answer[8];
+    bench_sdo(request, answer);
+    TEST_ASSERT_EQUAL_HEX32(0x05040001, abort_of(answer));
+    TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+  }
+}
+
 static void test_parts_of_a_block_upload_that_is_not_under_way_are_refused(void) {
   static const uint8_t parts[] = {0xA1, 0xA2, 0xA3};
   for (uint32_t i = 0; i < sizeof parts; i++) {
@@ -909,6 +1061,36 @@ static void test_a_stream_that_is_written_only_is_not_read(void) {
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
+/* One hook is missing at a time; without an end hook, the transfer is as good. */
+static void test_a_stream_without_the_hooks_for_it_is_not_supported(void) {
+  od_object stream;
+  TEST_ASSERT_EQUAL(OD_OK, od_find(SERVER->dictionary, 0x2F01, 0, &stream));
+  const od_hooks whole = *stream.part->hooks;
+  od_hooks hooks = whole;
+  od_part part = *stream.part;
+  part.hooks = NULL;
+  stream.part = &part;
+  sdo_transfer transfer = {0};
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, sdo_transfer_open_read(&transfer, &stream));
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, sdo_transfer_open_write(&transfer, &stream, 1));
+  part.hooks = &hooks;
+  hooks.stream_begin = NULL;
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, sdo_transfer_open_read(&transfer, &stream));
+  hooks = whole;
+  hooks.stream_read = NULL;
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, sdo_transfer_open_read(&transfer, &stream));
+  hooks = whole;
+  hooks.stream_write = NULL;
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, sdo_transfer_open_write(&transfer, &stream, 1));
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+  hooks = whole;
+  hooks.stream_end = NULL;
+  const uint8_t byte = 7;
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, sdo_transfer_open_write(&transfer, &stream, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, sdo_transfer_append(&transfer, &byte, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, sdo_transfer_commit(&transfer));
+}
+
 static void test_numbers_have_their_low_byte_first(void) {
   const uint8_t bytes[] = {0x21, 0x43, 0x65, 0x87};
   TEST_ASSERT_EQUAL_HEX32(0x87654321, sdo_get_u32(bytes));
@@ -934,9 +1116,11 @@ int main(void) {
   RUN_TEST(test_each_refusal_has_its_abort_code_and_changes_nothing);
   RUN_TEST(test_expedited_write_without_a_length_takes_that_of_the_type);
   RUN_TEST(test_segmented_upload_brings_a_text);
+  RUN_TEST(test_each_segment_of_an_upload_goes_on_where_the_last_one_ended);
   RUN_TEST(test_each_transfer_begins_with_toggle_0);
   RUN_TEST(test_segment_with_the_wrong_toggle_is_refused);
   RUN_TEST(test_segmented_download_must_bring_what_it_announced);
+  RUN_TEST(test_a_text_may_be_shorter_than_its_room);
   RUN_TEST(test_a_download_announced_with_the_largest_size_is_refused_at_once);
   RUN_TEST(test_silent_client_is_timed_out_and_reported);
   RUN_TEST(test_new_request_replaces_a_transfer_that_was_left);
@@ -948,6 +1132,7 @@ int main(void) {
   RUN_TEST(test_a_client_that_has_been_silent_is_taken_for_gone);
   RUN_TEST(test_no_initiate_request_is_taken_for_a_block_segment);
   RUN_TEST(test_a_request_that_meets_an_answer_under_way_comes_after_it);
+  RUN_TEST(test_a_third_clients_transfer_waits_for_both_that_came_before);
   RUN_TEST(test_two_transfers_on_two_channels_do_not_touch);
   RUN_TEST(test_the_second_channel_obeys_the_rules_of_its_object);
   RUN_TEST(test_a_long_upload_leaves_the_other_channel_its_answers);
@@ -958,6 +1143,7 @@ int main(void) {
   RUN_TEST(test_block_upload_of_any_length_arrives_bit_exact);
   RUN_TEST(test_a_block_upload_without_a_crc_has_none);
   RUN_TEST(test_full_bus_delays_an_upload_and_loses_nothing);
+  RUN_TEST(test_an_upload_that_waits_for_the_bus_gives_way_to_a_new_request);
   RUN_TEST(test_every_first_byte_and_length_in_every_state_is_harmless);
   RUN_TEST(test_stopped_node_answers_no_sdo);
   RUN_TEST(test_a_command_is_executed_once_after_it_was_accepted);
@@ -969,14 +1155,21 @@ int main(void) {
   RUN_TEST(test_a_client_that_waits_is_refused_when_the_other_aborts);
   RUN_TEST(test_an_answer_under_way_becomes_an_abort_when_another_client_aborts);
   RUN_TEST(test_the_abort_of_another_client_ends_the_transfer_and_its_stream);
+  RUN_TEST(test_a_stop_ends_the_transfers_of_both_channels);
   RUN_TEST(test_a_silent_client_of_the_second_channel_is_timed_out_too);
   RUN_TEST(test_a_block_download_after_an_abandoned_one_starts_empty);
   RUN_TEST(test_blocks_of_no_segment_and_of_more_than_127_are_refused);
   RUN_TEST(test_a_block_upload_whose_stream_fails_ends_with_its_abort_code);
+  RUN_TEST(test_an_expedited_write_that_the_stream_refuses_gets_its_abort_code);
+  RUN_TEST(test_an_expedited_read_that_the_stream_refuses_gets_its_abort_code);
+  RUN_TEST(test_a_write_that_must_wait_is_answered_when_it_is_done);
+  RUN_TEST(test_an_answer_that_was_not_sent_is_forgotten_with_a_stop);
+  RUN_TEST(test_a_finished_block_upload_takes_nothing_but_its_end);
   RUN_TEST(test_parts_of_a_block_upload_that_is_not_under_way_are_refused);
   RUN_TEST(test_a_transfer_that_is_not_open_moves_no_byte);
   RUN_TEST(test_the_time_of_a_client_starts_again_with_its_request);
   RUN_TEST(test_a_stream_that_is_written_only_is_not_read);
+  RUN_TEST(test_a_stream_without_the_hooks_for_it_is_not_supported);
   RUN_TEST(test_numbers_have_their_low_byte_first);
   RUN_TEST(test_an_unknown_request_is_refused_with_its_own_object);
   return UNITY_END();

@@ -103,6 +103,14 @@ static void test_outer_loops_are_refused_by_their_name(void) {
   expect_refused(&in, LOOP_TRACKING);
 }
 
+/* Without the way from the set-point to the torque no outer loop controls anything: the innermost of them is named. */
+static void test_of_several_bad_loops_the_innermost_is_named(void) {
+  loop_stability_input in = azimuth();
+  in.speed.pi.integral_gain = 0.0f;
+  in.speed.pi.setpoint_weight = 0.0f;
+  expect_refused(&in, LOOP_POSITION);
+}
+
 /* An integral alone around the integral of the rate is never stable; without its gains the tracker does nothing. */
 static void test_a_tracker_is_judged_by_the_gains_of_its_kind(void) {
   loop_stability_input in = azimuth();
@@ -650,6 +658,7 @@ int main(void) {
   RUN_TEST(test_every_source_of_the_rate_can_be_stable);
   RUN_TEST(test_gains_that_shook_the_axis_are_refused);
   RUN_TEST(test_outer_loops_are_refused_by_their_name);
+  RUN_TEST(test_of_several_bad_loops_the_innermost_is_named);
   RUN_TEST(test_a_tracker_is_judged_by_the_gains_of_its_kind);
   RUN_TEST(test_the_limit_of_a_gain_is_that_of_its_polynomial);
   RUN_TEST(test_a_tracker_that_is_very_slow_is_stable);

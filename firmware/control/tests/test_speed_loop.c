@@ -294,6 +294,19 @@ static void test_other_parameters_take_over_without_a_jump_of_the_torque(void) {
   }
 }
 
+/* 20 ms after a reversal, while the bristles still bend. */
+static void test_the_same_parameters_again_change_nothing_also_while_friction_builds_up(void) {
+  bench b = bench_at_rest(true);
+  b.load_nm = 3.0;
+  run_seconds(&b, one_degree_s, 2.0);
+  run_seconds(&b, -one_degree_s, 0.02);
+  const speed_loop_state before = b.state;
+  speed_loop_retune(&b.state, &b.params, &b.params, &b.rates, &b.reference, b.applied_nm, dt_s);
+  CHECK_NEAR("observed, Nm", before.observer.estimate_nm, b.state.observer.estimate_nm, 1e-4);
+  CHECK_NEAR("explained, Nm", before.explained_nm, b.state.explained_nm, 1e-4);
+  CHECK_NEAR("integral, Nm", before.pi.integral, b.state.pi.integral, 1e-3);
+}
+
 /* The base turns back as fast as the joint turns forward, the line of sight is at rest: friction is still that of the
  * joint. */
 static void test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns(void) {
@@ -608,6 +621,7 @@ int main(void) {
   RUN_TEST(test_without_integral_gain_an_axis_comes_to_rest_after_a_change_in_motion);
   RUN_TEST(test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands);
   RUN_TEST(test_other_parameters_take_over_without_a_jump_of_the_torque);
+  RUN_TEST(test_the_same_parameters_again_change_nothing_also_while_friction_builds_up);
   RUN_TEST(test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns);
   RUN_TEST(test_friction_goes_from_feedforward_to_the_observer_and_back_without_an_error_of_the_rate);
   RUN_TEST(test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold);

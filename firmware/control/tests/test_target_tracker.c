@@ -182,6 +182,30 @@ static void test_the_delay_is_compensated_exactly_while_the_line_of_sight_moves(
   }
 }
 
+/* A frame that is 100 ms old says that a target which was taken to be at rest is 1 mrad ahead. The error, the rate and
+ * the acceleration that it leaves are those of one motion: followed back to the exposure, it is alpha of that mrad. */
+static void test_a_correction_is_carried_from_the_exposure_to_now(void) {
+  const target_tracker_params params = example(TRACKER_PREDICTIVE);
+  target_tracker_state state;
+  target_tracker_reset(&state);
+  camera_frame frame = {.fresh = true, .valid = true, .age_ticks = 100};
+  (void)target_tracker_step(&state, &params, &frame, 0.0f, dt_s);
+  frame.fresh = false;
+  for (int tick = 1; tick < frame_ticks; ++tick) {
+    (void)target_tracker_step(&state, &params, &frame, 0.0f, dt_s);
+  }
+  const target_tracker_gains gains = target_tracker_prepare_gains(&state, &params, dt_s);
+  frame.fresh = true;
+  frame.error_rad = 1e-3f;
+  (void)target_tracker_step(&state, &params, &frame, 0.0f, dt_s);
+  const double age_s = 0.1;
+  const double acceleration_rad_s2 = (double)state.target_acceleration_rad_s2;
+  const double rate_then_rad_s = (double)state.target_rate_rad_s - acceleration_rad_s2 * age_s;
+  const double moved_rad = rate_then_rad_s * age_s + 0.5 * acceleration_rad_s2 * age_s * age_s;
+  CHECK_AT_LEAST("moved by the acceleration alone, rad", 1e-5, 0.5 * acceleration_rad_s2 * age_s * age_s);
+  CHECK_NEAR("error at the exposure, rad", 1e-3 * (double)gains.alpha, (double)state.error_rad - moved_rad, 1e-8);
+}
+
 static void test_without_frames_it_coasts_on_the_targets_rate_and_then_stops(void) {
   bench b = bench_with(TRACKER_PREDICTIVE);
   for (int tick = 0; tick < 3001; ++tick) { /* the last frame comes with tick 3000 */
@@ -428,6 +452,7 @@ int main(void) {
   RUN_TEST(test_a_target_of_constant_rate_or_acceleration_is_followed_without_error);
   RUN_TEST(test_a_target_that_is_found_in_motion_is_followed_from_its_rate_on);
   RUN_TEST(test_the_delay_is_compensated_exactly_while_the_line_of_sight_moves);
+  RUN_TEST(test_a_correction_is_carried_from_the_exposure_to_now);
   RUN_TEST(test_without_frames_it_coasts_on_the_targets_rate_and_then_stops);
   RUN_TEST(test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_rate_of_the_line_of_sight);
   RUN_TEST(test_a_gap_between_frames_adds_at_most_a_tenth_of_a_second_to_the_integral);

@@ -189,6 +189,18 @@ static void test_pv_reaches_1_deg_s_and_reads_it_back(void) {
   TEST_ASSERT_EQUAL_INT32(17453, b.o.velocity.demand);
 }
 
+/* 606F is 500e-6 rad/s, for 5 ms. */
+static void test_an_axis_moves_from_a_speed_above_606f_on(void) {
+  static const int32_t speeds[] = {500, -500, 502, -502};
+  for (unsigned i = 0; i < 4; ++i) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.o.velocity.target = speeds[i];
+    ticks(&b, 100);
+    TEST_ASSERT_EQUAL_INT32(speeds[i], b.o.velocity.actual);
+    TEST_ASSERT_EQUAL(i < 2, bit(&b, DRIVE_STATUS_MODE_12)); /* speed is 0 */
+  }
+}
+
 static void test_pv_is_held_to_607f_and_says_so(void) {
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
   b.o.velocity.target = -3000000;
@@ -204,8 +216,12 @@ static void test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_othe
   b.o.limit.position_maximum = 10000000;
   b.o.velocity.target = 800000;
   for (int i = 0; i < 4000; ++i) {
+    const double before_rad_s = (double)b.command.speed.rate_rad_s;
     tick(&b);
     CHECK_AT_MOST("position, rad", 1.0 + 1e-6, b.angle_rad);
+    if (bit(&b, DRIVE_STATUS_INTERNAL_LIMIT)) {
+      CHECK_AT_MOST("rate while it brakes, rad/s", before_rad_s + 1e-7, b.command.speed.rate_rad_s);
+    }
   }
   CHECK_NEAR("position, rad", 1.0, b.angle_rad, 2e-6);
   CHECK_AT_MOST("jump of the position, rad", 1e-6, b.worst_jump_rad);
@@ -214,6 +230,28 @@ static void test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_othe
   b.o.velocity.target = -800000;
   ticks(&b, 6000);
   CHECK_NEAR("position, rad", -0.5, b.angle_rad, 2e-6);
+}
+
+/* The motor surely brakes with 0.5 rad/s^2, 6084 is 2 rad/s^2: the first counts before a limit, the second elsewhere.
+ */
+static void test_pv_brakes_before_a_limit_with_what_the_motor_surely_has(void) {
+  for (int limited = 0; limited <= 1; ++limited) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.machine.torque_nm = 40.0f;
+    b.machine.deceleration_rad_s2 = 0.5f / 0.62f; /* ramps use 62 % of it */
+    b.o.limit.position_minimum = -50000000;
+    b.o.limit.position_maximum = limited ? 10000000 : 50000000;
+    b.o.velocity.target = 500000;
+    ticks(&b, 500);
+    b.o.velocity.target = limited ? 500000 : 100000;
+    double hardest_rad_s2 = 0.0;
+    for (int ms = 0; ms < 4000; ++ms) {
+      tick(&b);
+      hardest_rad_s2 = fmax(hardest_rad_s2, -(double)b.command.speed.acceleration_rad_s2);
+    }
+    CHECK_NEAR("hardest braking, rad/s^2", limited ? 0.5 : 2.0, hardest_rad_s2, 1e-3);
+    CHECK_AT_MOST("position, rad", 1.0 + 1e-6, b.angle_rad);
+  }
 }
 
 /* At rest, half a milliradian before the limit: there is room for a move. */
@@ -769,6 +807,78 @@ static void test_set_points_that_stop_are_held_and_then_the_axis_ramps_down(void
   }
 }
 
+/* 60C2 from 10 ms to 100 ms, by its exponent and by its value: set-points may then be missing for 300 ms. */
+static void test_a_longer_period_of_60c2_holds_set_points_longer(void) {
+  static const struct {
+    uint8_t period;
+    int8_t exponent;
+  } periods[] = {{10, -2}, {100, -3}};
+  for (unsigned i = 0; i < 2; ++i) {
+    bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+    b.o.velocity.target = 100000;
+    for (int ms = 0; ms < 100; ++ms) {
+      b.in.setpoint_arrived = ms % 10 == 0;
+      tick(&b);
+    }
+    b.o.limit.interpolation_period = periods[i].period;
+    b.o.limit.interpolation_exponent = periods[i].exponent;
+    b.in.setpoint_arrived = true;
+    ticks(&b, 298);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
+    CHECK_NEAR("rate held, rad/s", 0.1, b.rate_rad_s, 1e-6);
+    ticks(&b, 5);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+  }
+}
+
+/* 60C2 = 200 s, which a dictionary refuses: each tick is a period. */
+static void test_a_period_that_cannot_be_is_one_tick(void) {
+  bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+  b.o.limit.interpolation_period = 200;
+  b.o.limit.interpolation_exponent = 0;
+  for (int ms = 0; ms < 100; ++ms) {
+    b.o.velocity.target = 1000 * ms;
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    CHECK_NEAR("rate, rad/s", 1e-3 * (ms > 0 ? ms - 1 : 0), b.command.speed.rate_rad_s, 1e-7);
+  }
+}
+
+/* The turn of the encoder is found under way: the axis stops where it is, a turn farther. */
+static void test_a_move_ends_when_the_axis_is_found_on_another_turn(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  new_setpoint(&b, 50000000, 0);
+  ticks(&b, 300);
+  const int32_t before = b.o.position.actual;
+  drive_axis_shift(&b.axis, 1);
+  b.angle_rad += turn_rad;
+  tick(&b);
+  CHECK_NEAR("moved on, counts", before + 62831853, b.o.position.actual, 10000);
+  CHECK_NEAR("following error, counts", 0, b.o.position.following_error, 5);
+  ticks(&b, 1500);
+  CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  CHECK_NEAR("path of the stop, counts", before + 62831853, b.o.position.actual, 2000000);
+}
+
+static void test_an_axis_that_is_held_stays_when_it_is_found_on_another_turn(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.limit.position_minimum = -1000000000;
+  b.o.limit.position_maximum = 3000000;
+  b.o.velocity.target = 500000;
+  ticks(&b, 2000);
+  b.o.velocity.target = 0;
+  b.o.limit.position_maximum = 1000000000;
+  ticks(&b, 10);
+  TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+  drive_axis_shift(&b.axis, 1);
+  b.angle_rad += turn_rad;
+  for (int ms = 0; ms < 100; ++ms) {
+    tick(&b);
+    CHECK_NEAR("6064, counts", 3000000 + 62831853, b.o.position.actual, 30);
+    CHECK_NEAR("following error, counts", 0, b.o.position.following_error, 5);
+  }
+}
+
 static void test_csp_follows_a_parabola_one_period_late_with_position_and_rate(void) {
   bench b = bench_in(DRIVE_CYCLIC_POSITION);
   const double start = 0.25;
@@ -798,6 +908,42 @@ static void test_csp_does_not_move_before_its_first_set_point_whatever_607a_was(
 }
 
 /* One frame carries the mode and its first set-point, 1 mrad ahead of an axis that moves. */
+/* 607A still holds what it held before csv, and csv has had its set-points until now. */
+static void test_csp_after_csv_does_not_move_before_its_first_set_point(void) {
+  bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+  b.o.position.target = 20000000;
+  for (int ms = 0; ms < 100; ++ms) {
+    b.in.setpoint_arrived = ms % 10 == 0;
+    tick(&b);
+  }
+  b.o.state.mode = DRIVE_CYCLIC_POSITION;
+  for (int ms = 0; ms < 100; ++ms) {
+    tick(&b);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+    CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  }
+}
+
+/* Until the turn of the encoder is known, a position means nothing, and a speed what it always means. */
+static void test_an_unknown_position_stops_the_modes_of_positions_alone(void) {
+  static const int8_t modes[] = {DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_VELOCITY, DRIVE_PROFILE_POSITION,
+                                 DRIVE_CYCLIC_POSITION};
+  for (unsigned i = 0; i < 4; ++i) {
+    bench b = bench_in(modes[i]);
+    b.machine.position_unknown = true;
+    ticks(&b, 2);
+    b.o.velocity.target = 100000;
+    b.o.position.target = 20000000;
+    b.o.state.controlword = 0x1F;
+    for (int ms = 0; ms < 500; ++ms) {
+      b.in.setpoint_arrived = ms % 10 == 0;
+      tick(&b);
+    }
+    CHECK_NEAR("rate, rad/s", i < 2 ? 0.1 : 0.0, b.rate_rad_s, 1e-6);
+    TEST_ASSERT_EQUAL(i >= 2, bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  }
+}
+
 static void test_csp_holds_a_position_from_the_tick_in_which_it_is_entered(void) {
   static const int8_t modes_before[] = {DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_VELOCITY, DRIVE_CYCLIC_TORQUE};
   for (unsigned i = 0; i < sizeof modes_before / sizeof modes_before[0]; ++i) {
@@ -901,6 +1047,13 @@ static void test_csv_stops_before_a_position_limit_and_stays_there_until_turned_
     CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
     TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
     TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+    b.o.velocity.target = 0; /* no way out: it stays held */
+    for (int i = 0; i < 100; ++i) {
+      b.in.setpoint_arrived = i % 10 == 0;
+      tick(&b);
+    }
+    TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
     b.o.velocity.target = -side * 100000;
     for (int i = 0; i < 100; ++i) {
       b.in.setpoint_arrived = i % 10 == 0;
@@ -942,6 +1095,7 @@ static void test_cst_gives_target_and_offset_along_the_slope(void) {
   }
   TEST_ASSERT_EQUAL_INT16(250, b.o.torque.actual);
   TEST_ASSERT_EQUAL_INT16(250, b.o.torque.demand);
+  TEST_ASSERT_EQUAL_INT32(b.o.position.actual, b.o.position.demand);
   CHECK_NEAR("limit", 40.0, b.command.limits.maximum_nm, 1e-5);
 }
 
@@ -990,12 +1144,14 @@ static void test_cst_is_not_blocked_by_the_rate_that_the_mode_before_has_demande
   b.braked = true;
   b.o.velocity.target = -1000000;
   ticks(&b, 800);
+  TEST_ASSERT_EQUAL_INT32(b.o.position.actual, b.o.position.demand); /* pv has no other */
   b.o.state.mode = DRIVE_CYCLIC_TORQUE;
   b.o.torque.target = 100;
   for (int i = 0; i < 5; ++i) {
     b.in.setpoint_arrived = true;
     tick(&b);
     TEST_ASSERT_EQUAL_INT(SERVO_TORQUE, b.command.mode);
+    CHECK_SAME("rate with which the speed loop follows, rad/s", 0.0, b.command.speed.rate_rad_s);
   }
 }
 
@@ -1027,6 +1183,8 @@ static void test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them
       CHECK_NEAR("rate within 607F, rad/s", fmin(cases[i].rate_rad_s, 1.0), b.command.speed.rate_rad_s, 1e-6);
       CHECK_SAME("torque, Nm", 2.0, b.command.torque_nm);
       TEST_ASSERT_EQUAL_HEX32(stimulus.position, b.command.position);
+      const double demand = cases[i].mode == SERVO_POSITION ? 1e7 * cases[i].position_rad : b.o.position.actual;
+      CHECK_NEAR("6062", demand, b.o.position.demand, 1);
     } else {
       TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
       CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
@@ -1052,6 +1210,21 @@ static void test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends(vo
   }
 }
 
+/* 20 Nm on 20 kg m2: after 2 s it would be 2 rad/s; 607F is 1 rad/s. */
+static void test_the_torque_of_an_experiment_cannot_drive_the_axis_faster_than_110_percent_of_607f(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = bench_in(DRIVE_NO_MODE);
+    const servo_axis_command stimulus = {.mode = SERVO_TORQUE, .torque_nm = 20.0f * (float)sign};
+    b.in.stimulus = &stimulus;
+    ticks(&b, 500);
+    CHECK_SAME("torque below 607F, Nm", 20.0 * sign, b.command.torque_nm);
+    for (int ms = 500; ms < 2000; ++ms) {
+      tick(&b);
+      CHECK_AT_MOST("rate, rad/s", 1.1, sign * b.rate_rad_s);
+    }
+  }
+}
+
 /* --- tracking */
 
 static bench bench_tracking(const servo_target *target, double angle_rad) {
@@ -1065,6 +1238,23 @@ static bench bench_tracking(const servo_target *target, double angle_rad) {
   tick(&b);
   tick(&b); /* with the bounds of this travel */
   return b;
+}
+
+/* Mode -1 begins at 0.25 rad, then 607D becomes 1 to 2 rad, and the target is lost: a start that must not be reached is
+ * no reason to move to the end of the travel, 0.75 rad away. */
+static void test_an_axis_outside_its_travel_does_not_return_after_a_loss(void) {
+  servo_target target = {.known = true, .at_loss = TARGET_LOSS_RETURN};
+  bench b = bench_in(DRIVE_TRACKING);
+  b.o.limit.position_minimum = 10000000;
+  b.o.limit.position_maximum = 20000000;
+  b.in.target = &target;
+  ticks(&b, 100);
+  target.known = false;
+  for (int ms = 0; ms < 2000; ++ms) {
+    tick(&b);
+    CHECK_AT_MOST("demanded rate, rad/s", 1e-3, fabs((double)b.command.speed.rate_rad_s));
+  }
+  CHECK_NEAR("angle, rad", 0.25, b.angle_rad, 1e-3);
 }
 
 /* With 607D at +-1 rad and 607F at 0.3 rad/s, away from an end and 0.1 mrad before it, where no rate is left. Towards
@@ -1231,6 +1421,19 @@ static void test_windows_that_are_not_monitored_are_always_reached(void) {
   TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
 }
 
+/* 5 ms in the window, for the first time and after each time outside of it. */
+static void test_a_dwell_timer_counts_its_time_anew_after_each_interruption(void) {
+  dwell_timer timer = {0};
+  for (int round = 0; round < 3; ++round) {
+    for (int ms = 0; ms < 5; ++ms) {
+      TEST_ASSERT_FALSE(dwell_timer_step(&timer, true, 5, dt_s));
+    }
+    TEST_ASSERT_TRUE(dwell_timer_step(&timer, true, 5, dt_s));
+    TEST_ASSERT_FALSE(dwell_timer_step(&timer, false, 5, dt_s));
+  }
+  TEST_ASSERT_TRUE(dwell_timer_step(&timer, true, 0, dt_s)); /* time 0: at once */
+}
+
 static void test_a_dwell_timer_that_runs_for_minutes_does_not_wrap(void) {
   dwell_timer timer = {0};
   bool held = false;
@@ -1355,8 +1558,10 @@ int main(void) {
   RUN_TEST(test_every_supported_mode_is_shown_within_a_tick_and_others_leave_the_one_in_force);
   RUN_TEST(test_without_a_mode_the_axis_stands_still);
   RUN_TEST(test_pv_reaches_1_deg_s_and_reads_it_back);
+  RUN_TEST(test_an_axis_moves_from_a_speed_above_606f_on);
   RUN_TEST(test_pv_is_held_to_607f_and_says_so);
   RUN_TEST(test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_other_direction);
+  RUN_TEST(test_pv_brakes_before_a_limit_with_what_the_motor_surely_has);
   RUN_TEST(test_pv_goes_on_at_once_after_a_halt_close_to_the_limit);
   RUN_TEST(test_the_acceleration_given_brings_exactly_the_next_rate);
   RUN_TEST(test_a_ramp_goes_on_through_a_change_from_pv_to_pp_without_a_lost_tick);
@@ -1384,8 +1589,14 @@ int main(void) {
   RUN_TEST(test_an_unmonitored_following_error_is_cut_at_a_quarter_turn);
   RUN_TEST(test_csv_interpolates_between_set_points_and_adds_the_offset);
   RUN_TEST(test_set_points_that_stop_are_held_and_then_the_axis_ramps_down);
+  RUN_TEST(test_a_longer_period_of_60c2_holds_set_points_longer);
+  RUN_TEST(test_a_period_that_cannot_be_is_one_tick);
+  RUN_TEST(test_a_move_ends_when_the_axis_is_found_on_another_turn);
+  RUN_TEST(test_an_axis_that_is_held_stays_when_it_is_found_on_another_turn);
   RUN_TEST(test_csp_follows_a_parabola_one_period_late_with_position_and_rate);
   RUN_TEST(test_csp_does_not_move_before_its_first_set_point_whatever_607a_was);
+  RUN_TEST(test_csp_after_csv_does_not_move_before_its_first_set_point);
+  RUN_TEST(test_an_unknown_position_stops_the_modes_of_positions_alone);
   RUN_TEST(test_csp_holds_a_position_from_the_tick_in_which_it_is_entered);
   RUN_TEST(test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d);
   RUN_TEST(test_csp_brakes_before_the_limit_when_its_set_points_do_not);
@@ -1398,6 +1609,8 @@ int main(void) {
   RUN_TEST(test_cst_is_not_blocked_by_the_rate_that_the_mode_before_has_demanded);
   RUN_TEST(test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them);
   RUN_TEST(test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends);
+  RUN_TEST(test_the_torque_of_an_experiment_cannot_drive_the_axis_faster_than_110_percent_of_607f);
+  RUN_TEST(test_an_axis_outside_its_travel_does_not_return_after_a_loss);
   RUN_TEST(test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel);
   RUN_TEST(test_an_axis_at_the_end_of_its_travel_waits_for_its_target);
   RUN_TEST(test_a_target_that_is_too_fast_is_reported_as_limited);
@@ -1407,6 +1620,7 @@ int main(void) {
   RUN_TEST(test_any_mode_takes_over_a_moving_axis_without_a_step);
   RUN_TEST(test_an_axis_that_turns_when_it_is_enabled_is_caught_at_its_speed);
   RUN_TEST(test_windows_that_are_not_monitored_are_always_reached);
+  RUN_TEST(test_a_dwell_timer_counts_its_time_anew_after_each_interruption);
   RUN_TEST(test_a_dwell_timer_that_runs_for_minutes_does_not_wrap);
   RUN_TEST(test_a_stop_is_over_when_the_axis_stands_not_when_its_ramp_does);
   RUN_TEST(test_a_stop_by_slowing_down_ends_in_the_state_of_its_command);

@@ -67,6 +67,19 @@ static void test_position_and_rate_go_on_without_a_step_whatever_the_set_points_
   }
 }
 
+/* Half a radian ahead, where the distance has 24 bits only: the first demand is the present one to its last bit. */
+static void test_a_new_set_point_begins_exactly_at_the_present_demand(void) {
+  for (int step = 1; step <= 50; ++step) {
+    position_interpolation state;
+    const drive_angle start = angle_of(1.0) + step;
+    position_interpolation_reset(&state, start, 0.3f);
+    (void)position_interpolation_aim(&state, start + angle_of(0.5) + 7 * step, 200, 100.0f, dt_s);
+    const interpolated_position now = position_interpolation_step(&state, dt_s);
+    TEST_ASSERT_EQUAL_INT64(start, now.position);
+    CHECK_SAME("rate, rad/s", 0.3f, now.rate_rad_s);
+  }
+}
+
 static void test_a_late_set_point_is_bridged_with_the_last_slope(void) {
   position_interpolation state;
   position_interpolation_reset(&state, 0, 0.0f);
@@ -167,6 +180,7 @@ int main(void) {
   RUN_TEST(test_the_second_set_point_ends_a_parabola_from_the_start);
   RUN_TEST(test_positions_on_a_parabola_are_followed_exactly_one_period_late);
   RUN_TEST(test_position_and_rate_go_on_without_a_step_whatever_the_set_points_do);
+  RUN_TEST(test_a_new_set_point_begins_exactly_at_the_present_demand);
   RUN_TEST(test_a_late_set_point_is_bridged_with_the_last_slope);
   RUN_TEST(test_a_set_point_too_far_away_is_approached_at_the_rate_limit);
   RUN_TEST(test_rates_on_a_straight_line_are_followed_exactly_one_period_late);

@@ -252,6 +252,21 @@ static void test_a_start_from_rest_has_its_own_acceleration_however_weak_the_bra
   }
 }
 
+/* From 2 to 1 rad/s and back, with weak acceleration: each change has its own limit. */
+static void test_a_lower_rate_is_approached_with_the_deceleration(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = {.limits = limits_of(2.0, 0.5, 5.0, 500.0)};
+    while (!run(&b, (float)sign * 2.0f)) {
+    }
+    double hardest_rad_s2 = 0.0;
+    while (!run(&b, (float)sign * 1.0f)) {
+      hardest_rad_s2 = fmax(hardest_rad_s2, -sign * (double)b.ramp.acceleration_rad_s2);
+    }
+    CHECK_NEAR("deceleration, rad/s^2", 5.0, hardest_rad_s2, 1e-5);
+    check_limits(&b);
+  }
+}
+
 static void test_a_reversal_with_weak_acceleration_stops_first(void) {
   bench b = {.limits = limits_of(1.0, 0.5, 5.0, 50.0)};
   while (!run(&b, 1.0f)) {
@@ -263,6 +278,33 @@ static void test_a_reversal_with_weak_acceleration_stops_first(void) {
     }
   }
   CHECK_SAME("rate", -1.0, b.ramp.rate_rad_s);
+}
+
+/* Brakes of 0.5 rad/s^2: it passes 0 with them, without a pause. */
+static void test_a_reversal_with_weak_brakes_does_not_stop(void) {
+  bench b = {.limits = limits_of(1.0, 5.0, 0.5, 50.0)};
+  while (!run(&b, 1.0f)) {
+  }
+  for (int ticks = 0; b.ramp.rate_rad_s >= 0.0f; ++ticks) {
+    TEST_ASSERT_TRUE(ticks < 3000);
+    (void)run(&b, -1.0f);
+  }
+  CHECK_AT_MOST("acceleration at 0, rad/s^2", -0.5 * (1.0 - 1e-6), b.ramp.acceleration_rad_s2);
+}
+
+/* From 1e-6 rad/s it stands within the tick: that is not yet the other rate. */
+static void test_a_reversal_has_not_arrived_when_it_stands(void) {
+  const profile_limits limits = limits_of(1.0, 0.5, 5.0, 50.0);
+  for (int sign = -1; sign <= 1; sign += 2) {
+    const float wanted_rad_s = (float)-sign;
+    profile_ramp ramp = {.rate_rad_s = (float)sign * 1e-6f};
+    TEST_ASSERT_FALSE(profile_towards_rate(&ramp, &limits, wanted_rad_s, dt_s).arrived);
+    TEST_ASSERT_TRUE(profile_at_rest(&ramp));
+    ramp = (profile_ramp){.rate_rad_s = (float)sign * 1e-6f};
+    const float room_rad = 5.0f * wanted_rad_s;
+    TEST_ASSERT_FALSE(profile_towards_rate_within(&ramp, &limits, &limits, wanted_rad_s, room_rad, dt_s).arrived);
+    TEST_ASSERT_TRUE(profile_at_rest(&ramp));
+  }
 }
 
 static void test_a_target_inside_the_braking_distance_is_passed_once_and_come_back_to(void) {
@@ -373,7 +415,10 @@ int main(void) {
   RUN_TEST(test_a_ramp_arrives_exactly_at_its_rate_in_the_shortest_time_without_overshoot);
   RUN_TEST(test_the_acceleration_between_its_ramps_is_its_limit_exactly);
   RUN_TEST(test_a_start_from_rest_has_its_own_acceleration_however_weak_the_brakes_are);
+  RUN_TEST(test_a_lower_rate_is_approached_with_the_deceleration);
   RUN_TEST(test_a_reversal_with_weak_acceleration_stops_first);
+  RUN_TEST(test_a_reversal_with_weak_brakes_does_not_stop);
+  RUN_TEST(test_a_reversal_has_not_arrived_when_it_stands);
   RUN_TEST(test_a_target_inside_the_braking_distance_is_passed_once_and_come_back_to);
   RUN_TEST(test_limits_that_shrink_under_way_are_entered_with_the_jerk_limit);
   RUN_TEST(test_a_rate_is_held_back_before_the_end_of_the_room);

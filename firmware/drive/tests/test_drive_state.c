@@ -183,6 +183,7 @@ static void test_quick_stop_brakes_and_then_does_what_its_option_says(void) {
     b.options.quick_stop = options[i].code;
     expect(&b, 0x02, DRIVE_QUICK_STOP_ACTIVE, options[i].stop);
     expect(&b, 0x02, DRIVE_QUICK_STOP_ACTIVE, options[i].stop);
+    TEST_ASSERT_EQUAL(!options[i].stays, b.state.ends_off);
     b.in.stopped = true;
     if (options[i].stays) {
       expect(&b, 0x02, DRIVE_QUICK_STOP_ACTIVE, options[i].stop);
@@ -209,7 +210,9 @@ static void test_shutdown_and_disable_ramp_down_first_when_requested_to(void) {
     b.options.shutdown = 1;
     b.options.disable = 1;
     expect(&b, word, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN);
+    TEST_ASSERT_TRUE(b.state.ends_off);
     expect(&b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN); /* another command before */
+    TEST_ASSERT_FALSE(b.state.ends_off);
     expect(&b, word, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN);
     b.in.stopped = true;
     expect(&b, word, which == 0 ? DRIVE_READY_TO_SWITCH_ON : DRIVE_SWITCHED_ON, DRIVE_OFF);

@@ -62,6 +62,8 @@ static void test_the_rate_is_607f_or_80_percent_of_the_over_speed(void) {
   CHECK_SAME("rad/s", 1.0, bounds_of(&o, &machine).rate_rad_s);
   o.limit.maximum_velocity = UINT32_MAX;
   CHECK_NEAR("rad/s", 1.2, bounds_of(&o, &machine).rate_rad_s, 1e-6);
+  const drive_machine low = {.overspeed_rad_s = 0.5f};
+  CHECK_NEAR("rad/s", 0.4, bounds_of(&o, &low).rate_rad_s, 1e-6);
   const drive_machine unknown = {.margin = 0};
   CHECK_NEAR("rad/s", 800.0, bounds_of(&o, &unknown).rate_rad_s, 1e-3);
 }

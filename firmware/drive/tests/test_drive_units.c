@@ -140,6 +140,8 @@ static void test_velocities_below_16_rad_s_come_back_exactly_and_faster_ones_wit
 static void test_velocities_saturate_and_nan_is_zero(void) {
   TEST_ASSERT_EQUAL_INT32(INT32_MAX, drive_velocity_from_rate(2147.5f));
   TEST_ASSERT_EQUAL_INT32(INT32_MIN, drive_velocity_from_rate(-2147.5f));
+  TEST_ASSERT_EQUAL_INT32(INT32_MAX, drive_velocity_from_rate(1e7f));
+  TEST_ASSERT_EQUAL_INT32(INT32_MIN, drive_velocity_from_rate(-1e7f));
   TEST_ASSERT_EQUAL_INT32(INT32_MAX, drive_velocity_from_rate(3e38f));
   TEST_ASSERT_EQUAL_INT32(INT32_MIN, drive_velocity_from_rate(-3e38f));
   TEST_ASSERT_EQUAL_INT32(INT32_MAX, drive_velocity_from_rate(INFINITY));

@@ -81,8 +81,10 @@ static void test_the_torque_limit_without_a_standstill_is_no_contact(void) {
 /* After a contact the set-point still points to the end stop until the ramp has reversed. */
 static void test_nothing_is_judged_while_the_ramp_reverses(void) {
   start(HOMING_UP_FIRST);
-  in.torque_limited = true;
-  steps(253);
+  in.torque_limited = true; /* from the first step on */
+  steps(249);
+  TEST_ASSERT_EQUAL(HOMING_FIRST_PATH, state.phase);
+  steps(4);
   TEST_ASSERT_EQUAL(HOMING_SECOND_PATH, state.phase);
   for (int i = 0; i < 1000; ++i) {
     in.reference_rad_s = 0.05f;

@@ -54,6 +54,19 @@ static void test_a_sweep_runs_to_its_end_and_leaves_the_axis_at_rest(void) {
   TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
 }
 
+/* Both requests come in one ms: the axis has not had a tick with the command. */
+static void test_a_command_shows_in_the_state_at_once(void) {
+  enable(0, NO_MODE);
+  set_up_sweep(0);
+  sent_count = 0;
+  give(0x600 + NODE_ID, 8, (const uint8_t[]){0x2F, 0x00, 0x21, COMMAND, START, 0, 0, 0});
+  give(0x600 + NODE_ID, 8, (const uint8_t[]){0x40, 0x00, 0x21, STATE, 0, 0, 0, 0});
+  wait_ms(1);
+  TEST_ASSERT_EQUAL(2, sent_count);
+  TEST_ASSERT_EQUAL_HEX8(0x60, sent[0].data[0]);
+  TEST_ASSERT_EQUAL(EXPERIMENT_RUNNING, sent[1].data[4]);
+}
+
 static void test_the_duration_is_reported_before_anything_moves(void) {
   set_up_sweep(PITCH);
   const double ramps_s = 2.0 * (2.0 * 0.01 / 0.5 + 2.0 * 0.02 / 0.5);
@@ -237,6 +250,7 @@ static void test_break_aways_find_the_torque_that_moves_the_axis(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_sweep_runs_to_its_end_and_leaves_the_axis_at_rest);
+  RUN_TEST(test_a_command_shows_in_the_state_at_once);
   RUN_TEST(test_the_duration_is_reported_before_anything_moves);
   RUN_TEST(test_it_starts_only_in_operation_at_rest_and_without_a_mode);
   RUN_TEST(test_a_set_up_beyond_its_limits_is_refused);

@@ -163,20 +163,24 @@ static void test_apply_and_undo_of_motor_data_need_the_lock(void) {
   SET(PARAMETER_SET, 1, 1);
 }
 
-/* Gains that 2070:1 = 4 has put into force without the check of stability. */
+/* Gains of either axis that 2070:1 = 4 has put into force without the check of stability. */
 static void test_gains_without_a_check_are_stored_only_while_the_lock_is_open(void) {
   const uint32_t save = 0x65766173;
-  SET_FLOAT(GAINS, 1, 20000.0f);
-  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(PARAMETER_SET, 1, 4));
-  SET(ACCESS, WORD, OPEN);
-  SET(PARAMETER_SET, 1, 4);
-  CHECK_SAME("gain", 20000.0, (double)node.board.app.params.axis[0].speed.pi.proportional_gain);
-  SET(ACCESS, WORD, 0);
-  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1010, 1, save));
-  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1010, 3, save));
-  SET(0x1010, 2, save);
-  SET(ACCESS, WORD, OPEN);
-  SET(0x1010, 3, save);
+  for (int axis = 0; axis < SERVO_AXES; ++axis) {
+    const uint32_t shift = axis == 0 ? 0 : PITCH;
+    node_bench_start();
+    SET_FLOAT(GAINS + shift, 1, 20000.0f);
+    TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(PARAMETER_SET + shift, 1, 4));
+    SET(ACCESS, WORD, OPEN);
+    SET(PARAMETER_SET + shift, 1, 4);
+    CHECK_SAME("gain", 20000.0, (double)node.board.app.params.axis[axis].speed.pi.proportional_gain);
+    SET(ACCESS, WORD, 0);
+    TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1010, 1, save));
+    TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1010, 3, save));
+    SET(0x1010, 2, save);
+    SET(ACCESS, WORD, OPEN);
+    SET(0x1010, 3, save);
+  }
 }
 
 static void test_loading_the_defaults_needs_the_lock_when_guarded_values_differ(void) {
@@ -532,6 +536,23 @@ static void test_faults_of_one_code_are_each_reported_and_over_together(void) {
 
 /* 2070:1 = 4 takes a gain that makes the loop swing from limit to limit, which the check refuses. The gain of 500
  * before it is proven after 10 s; until then that of the start is. */
+/* Half a second at most. While the axis may shake, nothing counts against its current sensor; what has shaken does not
+ * count against the gains that are in force then. */
+static void wait_until_gains_are_taken_back(const servo_node_axis *axis, float shaking_gain) {
+  const float *gain = &axis->tuning.active.speed_loop.proportional_nm_s_rad;
+  bool shook = false;
+  for (int ms = 0; ms < 500 && *gain == shaking_gain; ++ms) {
+    wait_ms(1);
+    shook = shook || axis->monitor.may_shake;
+    TEST_ASSERT_TRUE(!axis->monitor.may_shake || axis->monitor.state.mismatch_ticks == 0);
+  }
+  TEST_ASSERT_TRUE(shook);
+  TEST_ASSERT_NOT_EQUAL(shaking_gain, *gain);
+  oscillation none;
+  oscillation_reset(&none);
+  TEST_ASSERT_EQUAL_MEMORY(&none, &axis->monitor.swings, sizeof none);
+}
+
 static void test_gains_that_shake_an_axis_are_taken_back_reported_and_logged(void) {
   for (int axis = 0; axis < SERVO_AXES; ++axis) {
     const uint32_t shift = axis == 0 ? 0 : PITCH;
@@ -546,7 +567,8 @@ static void test_gains_that_shake_an_axis_are_taken_back_reported_and_logged(voi
     SET_FLOAT(GAINS + shift, 1, 20000.0f);
     SET(PARAMETER_SET + shift, 1, 4);
     sent_count = 0;
-    wait_ms(500);
+    wait_until_gains_are_taken_back(&node.axis[axis], node.board.app.params.axis[axis].speed.pi.proportional_gain);
+    wait_ms(100);
     expect_reported(0, 0x6320, FAULT_GAINS_TAKEN_BACK);
     TEST_ASSERT_EQUAL(axis + 1, sent[0].data[4]);
     expect_reported(1, 0, 0); /* over at once: it is a report, and the axis goes on */
@@ -710,6 +732,76 @@ static void test_the_voltage_that_changes_a_current_is_no_fault_where_the_curren
   }
 }
 
+/* Held by something at its angle; the loop asks for more and more torque. 2060:8 is half a second. */
+static void test_an_axis_that_is_blocked_at_its_torque_limit_stalls(void) {
+  SET(0x6007, 0, 0);
+  enable(0, PV);
+  SET(0x60FF, 0, 20000);
+  const double turns = machine.axis[0].turns;
+  int limited_ms = 0;
+  for (int ms = 0; ms < 3000 && node.axis[0].drive.fault == FAULT_NONE; ++ms) {
+    machine.axis[0].turns = turns;
+    machine.axis[0].rate_rad_s = 0.0;
+    wait_ms(1);
+    limited_ms += node.board.app.axis[0].commanded_nm > 39.9f ? 1 : 0;
+  }
+  TEST_ASSERT_EQUAL(FAULT_STALL, node.axis[0].drive.fault);
+  TEST_ASSERT_INT_WITHIN(5, 500, limited_ms);
+}
+
+/* PP, and no target: it holds, until a load that grows to 40.6 Nm is more than its 40. 2060:29 is 10 mrad; the base
+ * does not turn. */
+static void test_an_axis_that_leaves_the_position_that_it_holds_is_a_fault(void) {
+  const uint8_t fixed_base = 27, standstill = 29;
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(PROTECTION, fixed_base, 1.0f);
+  SET_FLOAT(PROTECTION, standstill, 0.01f);
+  SET(0x6007, 0, 0);
+  enable(0, 1);
+  wait_ms(100);
+  const double turns = machine.axis[0].turns;
+  for (int ms = 0; ms < 2000 && node.axis[0].drive.fault == FAULT_NONE; ++ms) {
+    machine.axis[0].load_nm = fmin(0.1 * ms, 40.6);
+    wait_ms(1);
+  }
+  TEST_ASSERT_EQUAL(FAULT_STANDSTILL_LEFT, node.axis[0].drive.fault);
+  CHECK_NEAR("away, rad", -0.02, 6.283185307 * (machine.axis[0].turns - turns), 0.01);
+}
+
+/* 2060:26 = 1: the contact of the brake says that it stays engaged, or it is not read. */
+static void test_a_brake_that_does_not_open_is_a_fault_where_its_contact_is_used(void) {
+  for (int used = 0; used <= 1; ++used) {
+    const uint8_t feedback = 26;
+    node_bench_start();
+    SET(ACCESS, WORD, OPEN);
+    SET_FLOAT(PROTECTION, feedback, (float)used);
+    wait_ms(8);
+    SET(0x6060, 0, PV);
+    command(0, 0x06);
+    command(0, 0x07);
+    command(0, 0x0F);
+    wait_ms(500);
+    TEST_ASSERT_EQUAL(used != 0 ? FAULT_HOLDING_BRAKE : FAULT_NONE, node.axis[0].drive.fault);
+  }
+}
+
+/* 60E0 20 %, 60E1 100 %: an oscillation is one of the 40 Nm that are left to one side. */
+static void test_oscillations_are_judged_by_the_larger_torque_limit_in_force(void) {
+  enable(0, PV);
+  SET(0x60E0, 0, 200);
+  SET(0x60E1, 0, 1000);
+  wait_ms(2);
+  CHECK_NEAR("Nm", 40.0, node.axis[0].monitor.torque_nm, 0.01);
+  SET(0x60E0, 0, 500);
+  SET(0x60E1, 0, 200);
+  wait_ms(2);
+  CHECK_NEAR("Nm", 20.0, node.axis[0].monitor.torque_nm, 0.01);
+  SET(0x60E0, 0, 10); /* a tenth at least: below it nothing shakes */
+  SET(0x60E1, 0, 10);
+  wait_ms(2);
+  CHECK_NEAR("Nm", 4.0, node.axis[0].monitor.torque_nm, 0.01);
+}
+
 /* Each axis once in 4 ms, 2 ms after the other one: both at once would take too much of the ms. Both are too fast for
  * the reduced speed from the same ms on. */
 static void test_the_slow_monitors_of_the_axes_judge_in_turn(void) {
@@ -767,6 +859,17 @@ static void test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_load
   TEST_ASSERT_EQUAL(0, found_after(0));
 }
 
+/* Between the start and the first ms. */
+static void test_a_bit_that_flips_before_the_first_tick_is_found(void) {
+  const can_sender sender = {node_bench_send, NULL};
+  void *const sets[] = {&node.board.app.params.axis[0], &node.axis[0].tuning.active, &node.axis[0].monitor.limits};
+  for (uint32_t i = 0; i < 3; ++i) {
+    TEST_ASSERT_TRUE(rigid_machine_start_node(&machine, &node, NODE_ID, sender, NULL));
+    flip(sets[i], 7);
+    TEST_ASSERT_TRUE(found_after(0) > 0);
+  }
+}
+
 static void test_a_bit_of_the_scales_stops_both_axes(void) {
   flip(&node.scales, 40);
   TEST_ASSERT_TRUE(found_after(0) > 0);
@@ -814,6 +917,22 @@ static void test_gains_limits_and_scales_that_are_written_are_no_fault(void) {
   }
 }
 
+/* Limits and gains are other ones than at the start; they are guarded as those were. */
+static void test_a_bit_of_a_set_that_was_written_is_found_too(void) {
+  void *const sets[] = {&node.board.app.params.axis[0], &node.axis[0].tuning.active, &node.axis[0].monitor.limits};
+  for (uint32_t i = 0; i < 3; ++i) {
+    node_bench_start();
+    SET(ACCESS, WORD, OPEN);
+    SET_FLOAT(PROTECTION, OVERSPEED, 1.9f);
+    SET_FLOAT(GAINS, 1, 600.0f);
+    SET(PARAMETER_SET, 1, 1);
+    wait_ms(GUARDED_SETS_CYCLE_MS + 2);
+    TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+    flip(sets[i], 7);
+    TEST_ASSERT_TRUE(found_after(0) > 0);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_limits_are_written_only_while_the_lock_is_open);
@@ -850,11 +969,17 @@ int main(void) {
   RUN_TEST(test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forgotten_with_the_reset);
   RUN_TEST(test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares);
   RUN_TEST(test_the_voltage_that_changes_a_current_is_no_fault_where_the_current_follows);
+  RUN_TEST(test_an_axis_that_is_blocked_at_its_torque_limit_stalls);
+  RUN_TEST(test_an_axis_that_leaves_the_position_that_it_holds_is_a_fault);
+  RUN_TEST(test_a_brake_that_does_not_open_is_a_fault_where_its_contact_is_used);
+  RUN_TEST(test_oscillations_are_judged_by_the_larger_torque_limit_in_force);
   RUN_TEST(test_the_slow_monitors_of_the_axes_judge_in_turn);
   RUN_TEST(test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_loaded_again);
+  RUN_TEST(test_a_bit_that_flips_before_the_first_tick_is_found);
   RUN_TEST(test_a_bit_of_the_scales_stops_both_axes);
   RUN_TEST(test_a_bit_of_a_set_stops_the_axis_whose_set_it_is);
   RUN_TEST(test_the_sets_of_both_axes_may_change_in_one_ms);
   RUN_TEST(test_gains_limits_and_scales_that_are_written_are_no_fault);
+  RUN_TEST(test_a_bit_of_a_set_that_was_written_is_found_too);
   return UNITY_END();
 }

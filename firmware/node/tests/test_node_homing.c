@@ -202,6 +202,7 @@ static void test_a_position_needs_the_lock_an_axis_that_is_off_and_a_possible_tu
   TEST_ASSERT_EQUAL_HEX32(0, get(HOME_OFFSET, 0));
   SET(ACCESS, 1, 0);
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(HOME_OFFSET, 0, (uint32_t)(int32_t)(-120.0 * COUNTS_PER_DEGREE)));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(HOME_OFFSET, 0, (uint32_t)(int32_t)(-20.0 * COUNTS_PER_DEGREE)));
   SET(ACCESS, 1, OPEN);
   enable(0, PV);
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(HOME_OFFSET, 0, (uint32_t)(int32_t)(-120.0 * COUNTS_PER_DEGREE)));

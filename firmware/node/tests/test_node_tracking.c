@@ -244,6 +244,8 @@ static void test_a_fast_slew_before_leads_no_axis_astray(void) {
     TEST_ASSERT_EQUAL(cases[i].kind, node.board.app.params.axis[joint].tracker.kind);
     world.misstated_ms = 10;
     *target_rad = joint_rad(joint) + 0.2;
+    enable(axis, TRACKING); /* a time before, which counts for nothing */
+    follow_for(100);
     if (cases[i].both) {
       enable(PITCH, PV);
     }
@@ -402,6 +404,20 @@ static void test_axes_track_together_only_with_the_predictive_loop_of_both(void)
   }
 }
 
+/* 2010:2 of the pitch, applied again and again; tracking knows each of them before it begins. */
+static void test_new_gains_of_either_axis_are_those_that_it_will_track_with(void) {
+  for (int i = 1; i <= 4; ++i) {
+    SET_FLOAT(0x2010 + PITCH, 2, 0.3f + 0.01f * (float)i);
+    SET(0x2070 + PITCH, 1, 1);
+    wait_ms(2);
+    CHECK_NEAR("pitch, rad/s", 0.3 + 0.01 * i, node.tracking.rate_rad_s.pitch, 1e-6);
+  }
+  SET_FLOAT(0x2010, 2, 0.25f);
+  SET(0x2070, 1, 1);
+  wait_ms(2);
+  CHECK_NEAR("azimuth, rad/s", 0.25, node.tracking.rate_rad_s.azimuth, 1e-6);
+}
+
 static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
   world.rate_rad_s = 0.02;
   enable(0, TRACKING);
@@ -485,6 +501,18 @@ static void test_a_counter_that_stands_is_told(void) {
   }
   TEST_ASSERT_EQUAL_HEX16(0x7000, newest_error() & 0xFFFF);
   TEST_ASSERT_EQUAL_HEX8(1, newest_error() >> 16 & 0xFF);
+  TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0) & 0xFF); /* for as long as it stands */
+}
+
+/* No axis tracks: each time that a sender begins anew the fourth frame counts. */
+static void test_a_sender_may_begin_anew_as_often_as_it_likes_before_tracking(void) {
+  follow_for(500);
+  for (int time = 0; time < 4; ++time) {
+    const uint32_t before = get(CAMERA_STATE, TAKEN);
+    world.counter = (uint8_t)(world.counter - 100);
+    follow_for(10 * FRAME_MS);
+    TEST_ASSERT_INT_WITHIN(1, 7, (int)(get(CAMERA_STATE, TAKEN) - before));
+  }
 }
 
 /* Errors of an image processor that has lost its target: +A and -A in turn, each `stays` frames, 500 in a second,
@@ -711,6 +739,17 @@ static void test_at_the_end_of_the_travel_the_azimuth_stays_as_delivered(void) {
   CHECK_NEAR("at the end, rad", 3.4906585, joint_rad(0), 1e-3);
 }
 
+static void test_an_axis_that_leaves_at_the_end_of_the_travel_says_nothing_more_of_it(void) {
+  go_round(0);
+  TEST_ASSERT_EQUAL(1, get(TARGET_RETURN, WRAP_STATE) & 0xFF);
+  TEST_ASSERT_TRUE(node.tracking.back.late);
+  SET(0x6060, 0, PV);
+  follow_for(5);
+  TEST_ASSERT_EQUAL(0, get(TARGET_RETURN, WRAP_STATE) & 0xFF);
+  TEST_ASSERT_EQUAL_HEX32(0, get(TARGET_RETURN, BACK_IN) & 0xFFFF);
+  TEST_ASSERT_FALSE(node.tracking.back.late || node.tracking.back.known || node.tracking.back.ahead.running);
+}
+
 /* A turn is covered in 2 pi / (1 + 0.3) + (1 + 0.3) / 1 = 6.13 s at the limits of 1 rad/s and 1 rad/s^2. */
 static void test_when_it_may_the_azimuth_turns_back_and_meets_the_target_again(void) {
   go_round(1);
@@ -804,9 +843,24 @@ static void test_a_stamp_of_the_nodes_clock_gives_the_age(void) {
   CHECK_NEAR("rad", world.azimuth_rad, joint_rad(0), 2e-6);
   TEST_ASSERT_EQUAL(AGE_MS, get(CAMERA_STATE, AGE_IN_USE) & 0xFF);
   TEST_ASSERT_EQUAL(1, get(STROBE, IN_USE) & 0xFF);
+  const uint32_t clock_us = get(0x1013, 0); /* the same clock, in us */
+  TEST_ASSERT_UINT_WITHIN(2000, node.tracking.clock.offset_us + machine.clock_us, clock_us);
   const uint32_t before = get(CAMERA_STATE, CLOCK) & 0xFFFF;
   wait_ms(99);
   TEST_ASSERT_EQUAL(100 * 100, ((get(CAMERA_STATE, CLOCK) & 0xFFFF) - before) & 0xFFFF);
+}
+
+/* 1013 set back by 100 ms: a stamp of 1 ms later is one of 99 ms before, too, whatever is added to it. */
+static void test_a_stamp_with_two_readings_is_told(void) {
+  SET(CAMERA, TIME_OF_EXPOSURE, 1);
+  SET(CAMERA, 8, 600);
+  SET(0x1013, 0, get(0x1013, 0) - 100000u);
+  wait_ms(10);
+  const uint16_t stamp = (uint16_t)node.tracking.objects.clock;
+  fprintf(stderr, "DBG %u %u %u %u taken %u\n", node.tracking.clock.since_jump, node.tracking.clock.old_minus_new, node.tracking.clock.stamp, stamp, (unsigned)get(CAMERA_STATE, TAKEN));
+  give(FRAME_ID, 8, (const uint8_t[]){0, 0, 0, 0, (uint8_t)stamp, (uint8_t)(stamp >> 8), 90, ++world.counter});
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(CAMERA_CLOCK_SET, get(CAMERA_STATE, LAST_DROP) & 0xFF);
 }
 
 static void test_the_strobe_gives_the_age_and_without_it_the_statement_counts(void) {
@@ -839,6 +893,10 @@ static void test_the_strobe_gives_the_age_and_without_it_the_statement_counts(vo
   follow_for(1000);
   TEST_ASSERT_EQUAL(2, get(STROBE, IN_USE) & 0xFF);
   TEST_ASSERT_EQUAL(20, get(STROBE, MISSING));
+  machine.strobes = (hal_strobes){.count = 1, .at_us = {machine.clock_us - 500u}};
+  wait_ms(1);
+  follow_for(1000);
+  TEST_ASSERT_EQUAL(1, get(STROBE, ADDITIONAL));
   machine.strobes = (hal_strobes){.flooded = true};
   wait_ms(2);
   TEST_ASSERT_EQUAL(1, get(STROBE, FLOODS));
@@ -889,6 +947,9 @@ static void test_the_dither_of_the_elevation_shows_the_delay(void) {
   follow_for(10);
   TEST_ASSERT_EQUAL(0, get(DELAY, DITHER_S) & 0xFF); /* both axes must track */
   TEST_ASSERT_INT_WITHIN(1, -6, (int8_t)get(DELAY, CORRECTION));
+  SET(CAMERA, TIME_OF_EXPOSURE, 0); /* as before: of no other object of 3071 */
+  wait_ms(2);
+  TEST_ASSERT_INT_WITHIN(1, -6, (int8_t)get(DELAY, CORRECTION));
   SET(CAMERA, 8, 600); /* the delay is stated now: what was measured is wrong */
   wait_ms(2);
   TEST_ASSERT_EQUAL(0, get(DELAY, CORRECTION) & 0xFF);
@@ -900,6 +961,9 @@ static void test_settings_of_the_camera_are_kept_in_range_and_stored(void) {
   SET_FLOAT(CAMERA, 1, 2e-6f);
   SET_FLOAT(CAMERA, 2, 0.1f);
   SET(0x1011, 1, 0x64616F6C);
+  nmt(0x82); /* of the communication: what is set stays, and is no default */
+  wait_ms(300);
+  CHECK_NEAR("rad", 2e-6, get_float(CAMERA, 1), 1e-12);
   nmt(0x81);
   wait_ms(300);
   CHECK_NEAR("rad", 1e-6, get_float(CAMERA, 1), 1e-12);
@@ -1013,12 +1077,14 @@ int main(void) {
   RUN_TEST(test_a_target_that_vanishes_before_its_picture_is_right_is_lost_sooner);
   RUN_TEST(test_a_coasting_time_that_only_the_azimuth_has_got_counts_for_both);
   RUN_TEST(test_axes_track_together_only_with_the_predictive_loop_of_both);
+  RUN_TEST(test_new_gains_of_either_axis_are_those_that_it_will_track_with);
   RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
   RUN_TEST(test_an_axis_that_is_left_alone_coasts_as_long_as_before);
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_a_lost_target_is_left_for_where_the_mode_began);
   RUN_TEST(test_a_frozen_picture_stops_the_axis_that_it_drives);
   RUN_TEST(test_a_counter_that_stands_is_told);
+  RUN_TEST(test_a_sender_may_begin_anew_as_often_as_it_likes_before_tracking);
   RUN_TEST(test_errors_that_jump_to_and_fro_do_not_turn_the_axes);
   RUN_TEST(test_frames_count_again_when_they_agree);
   RUN_TEST(test_nothing_but_the_counter_hands_a_frame_over);
@@ -1026,6 +1092,7 @@ int main(void) {
   RUN_TEST(test_the_rate_changes_by_the_profile_acceleration_at_most);
   RUN_TEST(test_a_target_beyond_the_travel_is_followed_to_its_end);
   RUN_TEST(test_at_the_end_of_the_travel_the_azimuth_stays_as_delivered);
+  RUN_TEST(test_an_axis_that_leaves_at_the_end_of_the_travel_says_nothing_more_of_it);
   RUN_TEST(test_when_it_may_the_azimuth_turns_back_and_meets_the_target_again);
   RUN_TEST(test_after_a_turn_back_that_meets_nothing_the_axes_stand);
   RUN_TEST(test_a_turn_back_ends_when_it_is_no_longer_allowed);
@@ -1035,6 +1102,7 @@ int main(void) {
   RUN_TEST(test_bad_frames_are_counted_and_do_nothing);
   RUN_TEST(test_the_pitch_follows_alone);
   RUN_TEST(test_a_stamp_of_the_nodes_clock_gives_the_age);
+  RUN_TEST(test_a_stamp_with_two_readings_is_told);
   RUN_TEST(test_the_strobe_gives_the_age_and_without_it_the_statement_counts);
   RUN_TEST(test_a_strobe_is_paired_with_a_frame_right_behind_it);
   RUN_TEST(test_the_dither_of_the_elevation_shows_the_delay);

@@ -10,6 +10,7 @@ static pointing line_of_sight;
 static pointing_motion motion;
 static pointing_output target;
 static turn_back turn;
+static joint_vector joint_rad;
 static const target_return_limits kLimits = {
     .proportional_per_s = 30.0f, .rate_limit_rad_s = {1.0f, 0.5f}, .acceleration_limit_rad_s2 = {1e4f, 1e4f}};
 
@@ -19,13 +20,14 @@ void setUp(void) {
   memset(&turn, 0, sizeof turn);
   motion = (pointing_motion){0};
   target = (pointing_output){.locked = true};
+  joint_rad = (joint_vector){0};
 }
 
 void tearDown(void) {}
 
 static uint16_t step(uint32_t tick) {
   const return_prediction_inputs inputs = {
-      .line_of_sight = &line_of_sight, .motion = &motion, .target = &target, .turn = &turn};
+      .line_of_sight = &line_of_sight, .motion = &motion, .target = &target, .turn = &turn, .joint_rad = joint_rad};
   return return_prediction_step(&prediction, &kLimits, &inputs, tick);
 }
 
@@ -142,7 +144,10 @@ static void test_during_a_turn_back_the_target_goes_on_along_its_path(void) {
   turn.begun = 500;
   turn.direction = -1.0f;
   motion.inertial_rad_s = (joint_vector){-0.7f, 0.2f};
+  joint_rad = (joint_vector){.azimuth = 3.0f, .pitch = 0.4f};
   (void)step(1500);
+  CHECK_NEAR("azimuth, rad", 3.0, prediction.ahead.now.joint_rad.azimuth, 0.02); /* after a step */
+  CHECK_NEAR("pitch, rad", 0.4, prediction.ahead.now.joint_rad.pitch, 0.02);
   CHECK_NEAR("path, s", 1.0, prediction.ahead.now.path_s, 1e-6);
   TEST_ASSERT_TRUE(prediction.ahead.now.path.round);
   CHECK_SAME("direction", -1.0, prediction.ahead.now.direction);
@@ -151,7 +156,10 @@ static void test_during_a_turn_back_the_target_goes_on_along_its_path(void) {
   setUp();
   show_target_aside();
   motion.inertial_rad_s = (joint_vector){-0.7f, 0.2f};
+  joint_rad = (joint_vector){.azimuth = -2.0f, .pitch = 0.3f};
   (void)step(1500);
+  CHECK_NEAR("azimuth, rad", -2.0, prediction.ahead.now.joint_rad.azimuth, 0.02);
+  CHECK_NEAR("pitch, rad", 0.3, prediction.ahead.now.joint_rad.pitch, 0.02);
   TEST_ASSERT_FALSE(prediction.ahead.now.path.round);
   CHECK_SAME("path, s", 0.0, prediction.ahead.now.path_s);
   CHECK_SAME("direction", 0.0, prediction.ahead.now.direction);

@@ -6,7 +6,7 @@
 #include "canopen/object_dictionary_check.h"
 #include "support/check.h"
 
-enum { EMCY = 0x080 + NODE_ID, HEARTBEAT = 0x700 + NODE_ID, PV = 3, CSV = 9, CST = 10, RESET_MS = 50 };
+enum { EMCY = 0x080 + NODE_ID, HEARTBEAT = 0x700 + NODE_ID, PV = 3, CSP = 8, CSV = 9, CST = 10, RESET_MS = 50 };
 
 void setUp(void) { node_bench_start(); }
 void tearDown(void) {}
@@ -57,21 +57,24 @@ static void test_pdos_alone_enable_an_axis_and_turn_it(void) {
 static void pwm(void) { servo_board_pwm_period(&node.board, SERVO_TICK_LATENCY_PERIODS); }
 
 static void test_the_bridge_pushes_only_where_an_axis_is_on(void) {
-  pwm();
-  CHECK_SAME("duty, off", 0.0, machine.axis[0].duty);
-  enable(0, CST);
-  machine.axis[0].load_nm = 4.0; /* holds against it */
-  SET(0x6071, 0, 100);           /* 4 N m */
-  wait_ms(5);
-  CHECK_NEAR("A", 1.6, machine.axis[0].current_a, 1e-4);
-  machine.axis[0].current_a = 1.5f; /* measured */
-  pwm();
-  CHECK_AT_LEAST("duty", 0.01, machine.axis[0].duty);
-  CHECK_SAME("duty of pitch", 0.0, machine.axis[1].duty);
-  command(0, 0);
-  wait_ms(200);
-  pwm();
-  CHECK_SAME("duty, off again", 0.0, machine.axis[0].duty);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const uint32_t shift = i == 0 ? 0 : PITCH;
+    pwm();
+    CHECK_SAME("duty, off", 0.0, machine.axis[i].duty);
+    enable(shift, CST);
+    machine.axis[i].load_nm = 4.0; /* holds against it */
+    SET(0x6071 + shift, 0, 100);   /* 4 N m */
+    wait_ms(5);
+    CHECK_NEAR("A", 1.6, machine.axis[i].current_a, 1e-4);
+    machine.axis[i].current_a = 1.5f; /* measured */
+    pwm();
+    CHECK_AT_LEAST("duty", 0.01, machine.axis[i].duty);
+    CHECK_SAME("duty of the other one", 0.0, machine.axis[1 - i].duty);
+    command(shift, 0);
+    wait_ms(200);
+    pwm();
+    CHECK_SAME("duty, off again", 0.0, machine.axis[i].duty);
+  }
 }
 
 static void test_the_brake_opens_where_an_axis_is_on(void) {
@@ -96,6 +99,22 @@ static void test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going(vo
   CHECK_NEAR("rad/s", 0.05, machine.axis[0].rate_rad_s, 0.001);
   wait_ms(500); /* no more arrive */
   CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.001);
+}
+
+/* csp: 607A is 0.5 mrad further every 10 ms, then it repeats its last value, then it stays away. */
+static void test_cyclic_positions_move_the_axis_and_hold_it_while_they_come(void) {
+  SET(0x60C2, 1, 10);
+  SET(0x60C2, 2, (uint8_t)-3);
+  enable(0, CSP);
+  for (int i = 0; i < 200; ++i) {
+    SET(0x607A, 0, (uint32_t)(5000 * (i < 100 ? i : 99)));
+    wait_ms(9);
+    TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, node.axis[0].objects.state.statusword & STATE_MASK);
+    TEST_ASSERT_TRUE(i < 5 || (node.axis[0].objects.state.statusword & 1u << 12) != 0); /* follows */
+  }
+  CHECK_NEAR("rad", 99 * 5e-4, machine.axis[0].turns * 6.283185307, 1e-5);
+  wait_ms(500);
+  TEST_ASSERT_EQUAL(0, node.axis[0].objects.state.statusword & 1u << 12);
 }
 
 static void test_a_stop_in_rpdo1_is_obeyed_whatever_mode_it_carries(void) {
@@ -233,6 +252,18 @@ static void test_without_an_angle_the_motor_brakes_itself(void) {
   TEST_ASSERT_EQUAL_HEX32(0x7300, get(0x603F, 0) & 0xFF00);
 }
 
+/* With an angle again, after 20 ms, the shorted motor brakes on, 0.17 rad/s^2 at most: that is no stop to be judged. */
+static void test_an_angle_that_returns_does_not_judge_the_motor_that_brakes_itself(void) {
+  turn_azimuth_at_0_2_rad_s();
+  machine.axis[0].encoder_failed = true;
+  wait_ms(20);
+  machine.axis[0].encoder_failed = false;
+  for (int ms = 0; ms < 1500; ++ms) {
+    wait_ms(1);
+    TEST_ASSERT_EQUAL_HEX64(0, node.axis[0].inputs.faults & fault_bit(FAULT_STOP_IGNORED));
+  }
+}
+
 /* --- what the bus does
  * --------------------------------------------------------------------------------------------- */
 
@@ -299,6 +330,15 @@ static void test_an_axis_that_turns_stops_without_a_fault_after_1_s_without_a_fr
   wait_ms(2);
   TEST_ASSERT_EQUAL(0, get(0x1001, 0) & 0xFF);
   TEST_ASSERT_EQUAL(0, get(0x6041, 0) & 0x80);
+  SET(0x60FF, 0, 0);
+  SET(0x60FF + PITCH, 0, 200000); /* the other way round */
+  wait_ms(SILENCE_MS + 300);
+  TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041 + PITCH, 0) & 0x4F);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  enable(PITCH, PV);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(0, get(0x1001, 0) & 0xFF);
+  TEST_ASSERT_EQUAL(0, get(0x6041 + PITCH, 0) & 0x80);
 }
 
 static void test_6007_chooses_between_going_on_a_fault_and_switching_off(void) {
@@ -626,6 +666,8 @@ static void test_gains_that_are_unstable_stay_staged(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x2070, 1, 1));
   CHECK_SAME("in force", 720.0, node.board.app.params.axis[0].speed.pi.proportional_gain);
   CHECK_SAME("staged", 20000.0, get_float(0x2000, 1));
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2000, 1), get(0x2070, 6));
+  TEST_ASSERT_EQUAL_HEX32(0, get(0x2070, 9)); /* no other value is in its way */
   SET(0x2070, 1, 2);
 }
 
@@ -771,6 +813,19 @@ static void test_it_has_its_serial_number_and_does_not_start_with_wrong_paramete
 
 static int32_t software_limit(uint16_t shift, uint8_t sub) { return (int32_t)get((uint16_t)(0x607D + shift), sub); }
 
+/* Without a tick so far. */
+static void test_a_node_that_has_started_knows_what_its_machine_measures(void) {
+  rigid_machine_init(&machine);
+  machine.axis[0].turns = 0.125;
+  machine.axis[1].turns = 0.0625;
+  machine.bus_voltage_v = 47.0f;
+  const can_sender sender = {node_bench_send, NULL};
+  TEST_ASSERT_TRUE(rigid_machine_start_node(&machine, &node, NODE_ID, sender, NULL));
+  TEST_ASSERT_EQUAL_HEX32(0x20000000, node.board.samples.axis[0].sensors.joint_angle_turn32);
+  TEST_ASSERT_EQUAL_HEX32(0x10000000, node.board.samples.axis[1].sensors.joint_angle_turn32);
+  CHECK_SAME("V", 47.0, node.board.samples.bus_voltage_v);
+}
+
 static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void) {
   const axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
   protection_limits limits[SERVO_AXES] = {node.axis[0].monitor.limits, node.axis[1].monitor.limits};
@@ -791,7 +846,7 @@ static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void
   wait_ms(RESET_MS);
   TEST_ASSERT_EQUAL_INT32(-10000000 + 174533, software_limit(0, 1));
   TEST_ASSERT_EQUAL_INT32(20000000 - 174533, software_limit(0, 2));
-  limits[0].minimum_rad = 1.95f; /* fewer than 4 degrees are left */
+  limits[0].minimum_rad = 1.935f; /* 3.7 degrees are left, fewer than 4 */
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
   wait_ms(2);
   TEST_ASSERT_EQUAL_INT32(0, software_limit(0, 1));
@@ -820,6 +875,17 @@ static void test_an_axis_is_remote_unless_the_node_is_stopped(void) {
   }
 }
 
+/* The machine has no friction: at a constant rate the loop takes back what is fed forward for it. */
+static void test_the_search_for_oscillations_knows_what_the_loop_itself_gives(void) {
+  SET(0x6007, 0, 0); /* the master may be silent */
+  turn_azimuth_at_0_2_rad_s();
+  wait_ms(2000);
+  const float fed_nm = node.board.app.axis[0].signals.torque.friction_nm;
+  CHECK_AT_LEAST("fed forward, Nm", 1.0, fed_nm);
+  CHECK_NEAR("by the loop, Nm", -(double)fed_nm, node.axis[0].monitor.swings.last_feedback_nm, 0.1);
+  CHECK_NEAR("in all, Nm", 0.0, node.axis[0].monitor.swings.last_loop_nm, 0.1);
+}
+
 /* The search for oscillations compares the set-point with the joint's rate; for a loop on the gyro alone, with the
  * gyro's, as long as it answers. */
 static void test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscillations(void) {
@@ -827,12 +893,13 @@ static void test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscill
     uint32_t source;
     bool gyro_missing;
     float gyro_error_rad_s;
-  } rows[] = {{0, false, 0.0f}, {0, true, 0.0f}, {1, false, 0.0f}, {2, false, 0.0f}};
+  } rows[] = {{0, false, 0.0f}, {0, false, 0.0025f}, {0, true, 0.0f}, {1, false, 0.0f}, {2, false, 0.0f}};
   for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
     node_bench_start();
     SET(0x2050, 1, rows[i].source);
     SET(0x2070, 1, 1);
     machine.axis[0].gyro_missing = rows[i].gyro_missing;
+    machine.axis[0].gyro_error_rad_s = rows[i].gyro_error_rad_s;
     turn_azimuth_at_0_2_rad_s();
     CHECK_NEAR("rad/s", 0.0, node.axis[0].monitor.swings.last_error_rad_s, 0.002);
     SET(0x60FF, 0, 0);
@@ -851,6 +918,7 @@ int main(void) {
   RUN_TEST(test_the_bridge_pushes_only_where_an_axis_is_on);
   RUN_TEST(test_the_brake_opens_where_an_axis_is_on);
   RUN_TEST(test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going);
+  RUN_TEST(test_cyclic_positions_move_the_axis_and_hold_it_while_they_come);
   RUN_TEST(test_a_stop_in_rpdo1_is_obeyed_whatever_mode_it_carries);
   RUN_TEST(test_a_period_that_the_drive_cannot_have_is_refused_and_no_other);
   RUN_TEST(test_what_the_drive_has_not_is_refused);
@@ -859,6 +927,7 @@ int main(void) {
   RUN_TEST(test_an_axis_whose_self_test_failed_is_never_ready);
   RUN_TEST(test_below_its_limit_of_the_bus_the_drive_does_not_switch_on);
   RUN_TEST(test_without_an_angle_the_motor_brakes_itself);
+  RUN_TEST(test_an_angle_that_returns_does_not_judge_the_motor_that_brakes_itself);
   RUN_TEST(test_a_master_that_falls_silent_stops_both_axes);
   RUN_TEST(test_an_axis_that_turns_stops_without_a_fault_after_1_s_without_a_frame);
   RUN_TEST(test_6007_chooses_between_going_on_a_fault_and_switching_off);
@@ -894,8 +963,10 @@ int main(void) {
   RUN_TEST(test_the_recorded_tick_is_one_tick);
   RUN_TEST(test_it_does_not_start_with_a_wrong_node_id);
   RUN_TEST(test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters);
+  RUN_TEST(test_a_node_that_has_started_knows_what_its_machine_measures);
   RUN_TEST(test_software_limits_are_at_first_a_degree_inside_the_hard_ones);
   RUN_TEST(test_an_axis_is_remote_unless_the_node_is_stopped);
+  RUN_TEST(test_the_search_for_oscillations_knows_what_the_loop_itself_gives);
   RUN_TEST(test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscillations);
   return UNITY_END();
 }

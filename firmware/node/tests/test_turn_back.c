@@ -169,6 +169,19 @@ static void test_it_ends_before_the_target_and_the_loop_goes_on_from_there(void)
   CHECK_SAME("seen again, s", 0.0, turn.absence_s);
 }
 
+/* At 1 rad/s^2 it can stop from 0.63 rad/s in 0.2 rad. */
+static void test_the_pitch_approaches_as_fast_as_it_can_brake(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    setUp();
+    limits.rate_limit_rad_s.pitch = 10.0f;
+    (void)follow(true, 3.7, 0.2, 3000);
+    TEST_ASSERT_TRUE(turn.running);
+    joint_rad.pitch = 0.3f - 0.2f * (float)side;
+    step(true, false, (joint_vector){0});
+    CHECK_NEAR("rad/s", side * 0.63, turn.expected.reference[SERVO_PITCH].rate_rad_s, 0.02);
+  }
+}
+
 static void test_a_turn_ends_when_it_is_no_longer_allowed_and_a_lost_target_is_forgotten(void) {
   (void)follow(true, 3.7, 0.2, 3000);
   TEST_ASSERT_TRUE(turn.running);
@@ -192,6 +205,7 @@ int main(void) {
   RUN_TEST(test_after_half_a_turn_the_target_is_taken_to_go_round);
   RUN_TEST(test_the_rate_is_that_of_the_last_second);
   RUN_TEST(test_it_ends_before_the_target_and_the_loop_goes_on_from_there);
+  RUN_TEST(test_the_pitch_approaches_as_fast_as_it_can_brake);
   RUN_TEST(test_a_turn_ends_when_it_is_no_longer_allowed_and_a_lost_target_is_forgotten);
   return UNITY_END();
 }

@@ -202,6 +202,8 @@ static void test_bristles_too_soft_for_the_breakaway_torque_are_named(void) {
   axis_parameters p = defaults;
   p.friction.stiffness_nm_rad = 8.0f;
   expect(&p, PARAMETER_OBJECT(0x2030, 5), PARAMETER_OBJECT(0x2030, 8), 9.0f, 1e9f);
+  p.friction.stiffness_nm_rad = 9.0f; /* they are bent by 1 rad */
+  TEST_ASSERT_EQUAL(CONTROL_OK, axis_parameters_check(&p).status);
 }
 
 static void test_filters_that_cannot_be_designed_name_frequency_or_width(void) {

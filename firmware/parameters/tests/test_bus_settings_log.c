@@ -266,6 +266,21 @@ static void test_an_unreadable_entry_of_the_second_page_is_in_doubt_until_the_ne
   }
 }
 
+/* The first page is blank, but has been in use: an entry that was cut there can look blank. It is erased once more. */
+static void test_a_page_that_looks_erased_is_erased_before_it_is_used_again(void) {
+  const uint32_t n = fill_the_first_page();
+  memset(model.bytes, 0xFF, PAGE_BYTES);
+  restart();
+  TEST_ASSERT_TRUE(has(n));
+  TEST_ASSERT_FALSE(saved.in_doubt);
+  const uint32_t erases = model.erases[0];
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(100));
+  TEST_ASSERT_EQUAL(erases + 1, model.erases[0]);
+  TEST_ASSERT_EQUAL(0, saved.newest_page);
+  restart();
+  TEST_ASSERT_TRUE(has(100));
+}
+
 static void test_in_doubt_nothing_is_erased_before_a_save(void) {
   const uint32_t newest = fill_the_first_page();
   make_unreadable(1, 0);
@@ -403,6 +418,7 @@ int main(void) {
   RUN_TEST(test_an_unreadable_older_entry_is_not_in_doubt);
   RUN_TEST(test_remains_behind_the_entries_of_the_older_page_are_not_in_doubt);
   RUN_TEST(test_an_unreadable_entry_of_the_second_page_is_in_doubt_until_the_next_save);
+  RUN_TEST(test_a_page_that_looks_erased_is_erased_before_it_is_used_again);
   RUN_TEST(test_in_doubt_nothing_is_erased_before_a_save);
   RUN_TEST(test_a_save_in_doubt_erases_only_the_page_in_doubt);
   RUN_TEST(test_a_cut_save_in_doubt_leaves_it_in_doubt);

@@ -487,6 +487,41 @@ static void test_the_number_of_rows_cannot_lead_out_of_the_area(void) {
   }
 }
 
+/* Pages without a head that are not blank: those in a row are of one record, those behind a blank page of another. */
+static void test_remains_behind_a_blank_page_are_counted_by_themselves(void) {
+  static const struct {
+    bool written[4];
+    uint32_t damaged;
+  } areas_of[] = {{{true, true, false, false}, 1}, {{true, false, true, false}, 2}, {{false, true, true, false}, 1}};
+  for (uint32_t i = 0; i < sizeof areas_of / sizeof areas_of[0]; ++i) {
+    fit_flash(64, 4);
+    for (uint32_t page = 0; page < 4; ++page) {
+      model.bytes[64 * page + 8] = areas_of[i].written[page] ? 0x55 : 0xFF;
+    }
+    restart();
+    TEST_ASSERT_EQUAL(areas_of[i].damaged, store.damaged);
+  }
+}
+
+/* The first double word of the head has been programmed. Behind it, both words blank: the save was cut there. */
+static void test_a_head_that_is_half_blank_is_damaged(void) {
+  static const struct {
+    uint32_t schema_hash, rows;
+    uint32_t unfinished, damaged;
+  } heads[] = {{UINT32_MAX, UINT32_MAX, 1, 0}, {7, UINT32_MAX, 0, 1}, {UINT32_MAX, 513, 0, 1}};
+  for (uint32_t i = 0; i < sizeof heads / sizeof heads[0]; ++i) {
+    fit_flash(64, 1);
+    uint32_t *words = (uint32_t *)(void *)model.bytes;
+    words[0] = MAGIC;
+    words[1] = 1;
+    words[2] = heads[i].schema_hash;
+    words[3] = heads[i].rows;
+    restart();
+    TEST_ASSERT_EQUAL(heads[i].unfinished, store.unfinished);
+    TEST_ASSERT_EQUAL(heads[i].damaged, store.damaged);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_an_empty_flash_has_no_set);
@@ -508,5 +543,7 @@ int main(void) {
   RUN_TEST(test_cuts_upon_cuts_leave_the_old_set_or_the_new_one);
   RUN_TEST(test_the_reader_takes_exactly_what_is_complete_out_of_all_short_contents);
   RUN_TEST(test_the_number_of_rows_cannot_lead_out_of_the_area);
+  RUN_TEST(test_remains_behind_a_blank_page_are_counted_by_themselves);
+  RUN_TEST(test_a_head_that_is_half_blank_is_damaged);
   return UNITY_END();
 }

@@ -259,6 +259,33 @@ static void test_new_gains_may_not_let_swings_grow_by_half(void) {
   }
 }
 
+/* The rate error rises to 0.1 rad/s, then ripples below it; the motor makes all of it. The tick, or -1. */
+static int ripple_seen_after(float ripple_rad_s) {
+  enum { RISE_TICKS = 100, RIPPLE_TICKS = 50 };
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.friction_nm = 0.0f;
+  float rate_rad_s = 0.0f;
+  for (int tick = 0; tick < 2000; ++tick) {
+    const bool falls = (tick - RISE_TICKS) / RIPPLE_TICKS % 2 == 0;
+    const float rippled_rad_s = (falls ? -ripple_rad_s : ripple_rad_s) / (float)RIPPLE_TICKS;
+    const float step_rad_s = tick < RISE_TICKS ? 0.1f / (float)RISE_TICKS : rippled_rad_s;
+    rate_rad_s -= step_rad_s;
+    const oscillation_inputs in = {
+        .closed = true, .rate_rad_s = rate_rad_s, .loop_nm = -plant.inertia_kg_m2 * step_rad_s / DT_S};
+    if (oscillation_step(&state, &plant, &in, DT_S)) {
+      return tick;
+    }
+  }
+  return -1;
+}
+
+static void test_a_swing_turns_when_30_percent_of_it_are_taken_back(void) {
+  TEST_ASSERT_EQUAL(-1, ripple_seen_after(0.028f));
+  TEST_ASSERT_TRUE(ripple_seen_after(0.032f) > 0);
+}
+
 static void test_a_static_load_explains_nothing(void) {
   expect_swings("10 Nm", 370, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 1.0f, .load_nm = 10.0f});
 }
@@ -289,6 +316,29 @@ static void test_torque_swings_count_by_their_size(void) {
   TEST_ASSERT_EQUAL(49 * 4, square_seen_after(false, 4, 10.1f, 0.0f));
   TEST_ASSERT_EQUAL(25 * 4, square_seen_after(false, 4, 20.0f, 0.0f));
   TEST_ASSERT_EQUAL(13 * 4, square_seen_after(false, 4, 40.0f, 0.0f));
+}
+
+/* Of 40 Nm peak to peak in 8 ticks; in each the torque goes back by `dip_nm` for a tick. */
+static int dips_seen_after(float dip_nm) {
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.suspect = true;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const float side = tick / 8 % 2 == 0 ? 1.0f : -1.0f;
+    const float share_nm[] = {0.0f, 0.0f, -dip_nm, 20.0f, 20.0f, 20.0f, 20.0f, 20.0f};
+    const oscillation_inputs in = {.closed = true, .loop_nm = side * share_nm[tick % 8]};
+    if (oscillation_step(&state, &plant, &in, DT_S)) {
+      return tick;
+    }
+  }
+  return -1;
+}
+
+/* A quarter of the motor's 40 Nm. */
+static void test_a_torque_that_goes_back_by_less_than_a_quarter_of_the_motors_has_not_turned(void) {
+  TEST_ASSERT_TRUE(dips_seen_after(9.5f) > 0);
+  TEST_ASSERT_EQUAL(-1, dips_seen_after(10.5f));
 }
 
 /* Its acceleration explains torque, not its rate: at 1 Hz and 0.02 rad/s, 0.75 Nm. */
@@ -549,8 +599,10 @@ int main(void) {
   RUN_TEST(test_friction_explains_a_part_of_each_swing);
   RUN_TEST(test_swings_that_decay_to_70_percent_do_not_count);
   RUN_TEST(test_new_gains_may_not_let_swings_grow_by_half);
+  RUN_TEST(test_a_swing_turns_when_30_percent_of_it_are_taken_back);
   RUN_TEST(test_a_static_load_explains_nothing);
   RUN_TEST(test_torque_swings_count_by_their_size);
+  RUN_TEST(test_a_torque_that_goes_back_by_less_than_a_quarter_of_the_motors_has_not_turned);
   RUN_TEST(test_a_slow_motion_of_the_set_point_explains_no_fast_torque);
   RUN_TEST(test_torque_swings_of_20_ticks_and_more_do_not_count);
   RUN_TEST(test_a_torque_from_outside_explains_swings_of_twice_its_size);

@@ -88,6 +88,35 @@ static void test_finds_how_wrong_the_stated_age_is_and_corrects_if_allowed(void)
   }
 }
 
+/* Whenever it has been computed: by more than a tick and two half intervals it changes, by less it does not. What was
+ * more than three ticks off is forgotten. */
+static void test_the_believed_error_changes_only_where_it_is_sure(void) {
+  static const int wrong_ms[] = {0, 2, -2, 3, -4, 12};
+  int small = 0;
+  int large = 0;
+  for (int i = 0; i < 6; ++i) {
+    setUp();
+    world.stated_ms = TRUE_AGE_MS - wrong_ms[i];
+    for (int ms = 0; ms < 20000; ++ms) {
+      const int before = delay.offset_ticks;
+      const delay_error found = delay.found;
+      run_for(1, true);
+      const double off = 1e3 * (double)delay.found.error_s - before;
+      const double sure = fmax(1.0, 2e3 * (double)delay.found.half_width_s);
+      if (delay.offset_ticks != before) {
+        CHECK_AT_LEAST("off, ticks", sure - 1e-3, fabs(off));
+        CHECK_NEAR("changed, ticks", 1.25 * off, delay.offset_ticks - before, 0.51);
+        TEST_ASSERT_EQUAL(fabs(off) > 3.0, delay.estimator.weight == 0.0f);
+        small += fabs(off) <= 3.0 ? 1 : 0;
+        large += fabs(off) > 3.0 ? 1 : 0;
+      } else if (delay.found.error_s != found.error_s && delay.found.known && delay.found.half_width_s <= 4e-3f) {
+        CHECK_AT_MOST("off, ticks", sure + 1e-3, fabs(off));
+      }
+    }
+  }
+  TEST_ASSERT_TRUE(small > 0 && large > 0);
+}
+
 static void test_a_corrected_age_stays_within_the_history(void) {
   params.use = CAMERA_DELAY_CORRECTED;
   delay.offset_ticks = -30;
@@ -226,6 +255,7 @@ static void test_without_an_amplitude_there_is_no_first_dither(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_finds_how_wrong_the_stated_age_is_and_corrects_if_allowed);
+  RUN_TEST(test_the_believed_error_changes_only_where_it_is_sure);
   RUN_TEST(test_a_corrected_age_stays_within_the_history);
   RUN_TEST(test_an_age_that_is_ignored_is_forgotten);
   RUN_TEST(test_a_pause_of_tracking_keeps_what_was_found);

@@ -110,6 +110,22 @@ static void test_a_counter_that_runs_backwards_never_counts(void) {
   }
 }
 
+/* Counters that are far ahead for the time that has passed, each behind the one before; then the next frame. After
+ * three it is one of a sender whose frames overtake each other, after four one that runs backwards. */
+static void test_four_messages_in_a_row_run_backwards(void) {
+  for (unsigned behind = 1; behind <= 5; ++behind) {
+    camera_input_reset(&input);
+    for (uint8_t counter = 0; counter < 50; ++counter) {
+      TEST_ASSERT_TRUE(give_counter(counter).fresh);
+    }
+    for (unsigned n = 0; n < behind; ++n) {
+      TEST_ASSERT_FALSE(give_counter((uint8_t)(110 - 10 * n)).fresh);
+    }
+    TEST_ASSERT_EQUAL(behind < CAMERA_RESTART, give_counter(51).fresh);
+    TEST_ASSERT_TRUE(give_counter(52).fresh); /* one that goes on is heard */
+  }
+}
+
 /* By the event timer of its PDO. After 100 frames the sender begins anew. */
 static void test_a_frame_may_be_sent_many_times(void) {
   for (unsigned counter = 0; counter < 200; ++counter) {
@@ -323,6 +339,7 @@ int main(void) {
   RUN_TEST(test_a_target_beyond_half_a_turn_does_not_count);
   RUN_TEST(test_an_error_at_the_end_of_its_numbers_does_not_count);
   RUN_TEST(test_a_counter_that_runs_backwards_never_counts);
+  RUN_TEST(test_four_messages_in_a_row_run_backwards);
   RUN_TEST(test_a_frame_may_be_sent_many_times);
   RUN_TEST(test_frames_that_overtake_others_make_nobody_deaf);
   RUN_TEST(test_a_pause_does_not_change_the_rate);

@@ -99,6 +99,36 @@ static void test_a_stamp_with_two_readings_has_no_age(void) {
   TEST_ASSERT_EQUAL_INT32(3000, age_of(now_us() - 25000)); /* 30 ms by the old clock */
 }
 
+/* Set back by 5 ms: 17 ms after it. Both readings hold from its own tick on, and while the old one may be that old. */
+static void test_a_stamp_has_two_readings_where_both_clocks_may_have_given_it(void) {
+  set_clock(now_us() - 5000);
+  pass_ms(4);
+  TEST_ASSERT_EQUAL_INT32(CAMERA_AGE_AMBIGUOUS, age_of(now_us())); /* of now, or of 2 ms before the jump */
+  TEST_ASSERT_EQUAL_INT32(499, age_of(now_us() + 10));
+  TEST_ASSERT_EQUAL_INT32(CAMERA_AGE_AMBIGUOUS, age_of(now_us() - 3000)); /* in the tick of the jump */
+  TEST_ASSERT_EQUAL_INT32(801, age_of(now_us() - 3010));
+  pass_ms(14);
+  TEST_ASSERT_EQUAL_INT32(CAMERA_AGE_AMBIGUOUS, age_of(now_us() - 12000));
+  TEST_ASSERT_EQUAL_INT32(1199, age_of(now_us() - 11990));
+  TEST_ASSERT_EQUAL_INT32(EXPOSURE_CLOCK_FORGETS - 1, age_of(now_us() - 122990));
+  TEST_ASSERT_EQUAL_INT32(EXPOSURE_CLOCK_FORGETS - 500, age_of(now_us() - 123000));
+}
+
+/* 500 us are a jump, 490 are none; either way. Frames in flight have the age that they had only after a jump. */
+static void test_half_a_ms_is_a_jump(void) {
+  static const struct {
+    int32_t by_us;
+    bool jumps;
+  } rows[] = {{500, true}, {490, false}, {-500, true}, {-490, false}};
+  for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    setUp();
+    const uint32_t exposed_us = now_us() - 20000;
+    set_clock(now_us() + (uint32_t)rows[i].by_us);
+    pass_ms(1);
+    TEST_ASSERT_EQUAL_INT32(2100 + (rows[i].jumps ? 0 : rows[i].by_us / 10), age_of(exposed_us));
+  }
+}
+
 /* 2^32 us are not a multiple of 2^16 times 10 us: the stamps jump. */
 static void test_frames_in_flight_survive_the_wrap_of_1013(void) {
   set_clock(UINT32_MAX - 200000);
@@ -119,6 +149,8 @@ int main(void) {
   RUN_TEST(test_an_exposure_in_the_tick_of_the_jump_is_of_the_old_clock);
   RUN_TEST(test_the_old_clock_is_forgotten_when_no_frame_can_be_that_old);
   RUN_TEST(test_a_stamp_with_two_readings_has_no_age);
+  RUN_TEST(test_a_stamp_has_two_readings_where_both_clocks_may_have_given_it);
+  RUN_TEST(test_half_a_ms_is_a_jump);
   RUN_TEST(test_frames_in_flight_survive_the_wrap_of_1013);
   return UNITY_END();
 }

@@ -151,17 +151,48 @@ static void test_a_pass_at_a_constant_rate_near_the_zenith_is_a_target(void) {
   }
 }
 
-/* A target in the same place after a second without one: the axes have moved at a constant rate. */
+/* A target that passes: the azimuth turns at a constant 0.2 rad/s with a constant lag, and the pitch faster and faster
+ * after a target that moves in the picture. In all the motion grows; along the place that stays it does not. */
+static void test_motion_across_a_place_that_stays_is_that_of_a_target(void) {
+  for (unsigned tick = 0; tick < 1000; tick += FRAME_TICKS) {
+    const double time_s = 1e-3 * tick;
+    TEST_ASSERT_FALSE(give_both(OFF_COUNTS, 700.0 - 3.0 * tick, 0.2 * time_s, 0.2 * time_s * time_s, tick));
+  }
+}
+
+/* A target in the same place after a second without one: the axes have moved at a constant rate, or at one before and
+ * another one after it. */
 static void test_a_long_time_without_a_target_is_no_window(void) {
-  for (unsigned tick = 0; tick < 3000; tick += FRAME_TICKS) {
-    if (tick < 400 || tick >= 1600) {
-      TEST_ASSERT_FALSE(give(OFF_COUNTS, 1.0e-3 * tick, 0.0, tick));
+  for (int faster = 0; faster <= 1; ++faster) {
+    setUp();
+    for (unsigned tick = 0; tick < 3000; tick += FRAME_TICKS) {
+      const double rate_rad_ms = tick >= 1600 && faster != 0 ? 1.2e-3 : 1.0e-3;
+      if (tick < 400 || tick >= 1600) {
+        TEST_ASSERT_FALSE(give(OFF_COUNTS, rate_rad_ms * tick, 0.0, tick));
+      }
     }
+  }
+}
+
+/* Both places have stayed for a while without a picture: the windows of both begin anew with the same picture. At 1 s
+ * it is a window, at 1001 ms it is not, and only one of them is judged. */
+static void test_a_window_that_lasts_too_long_is_not_judged(void) {
+  for (unsigned late = 0; late <= 1; ++late) {
+    setUp();
+    (void)give_both(OFF_COUNTS, OFF_COUNTS, 0.0, 0.0, 0);
+    (void)give_both(OFF_COUNTS, OFF_COUNTS, 0.0, 0.0, 1000 + late);
+    TEST_ASSERT_EQUAL(1000 + late, picture.azimuth.since_tick);
+    TEST_ASSERT_EQUAL(late == 0 ? 0 : 1001, picture.pitch.since_tick);
+    TEST_ASSERT_EQUAL(late == 0, picture.azimuth.has_before);
+    TEST_ASSERT_FALSE(picture.pitch.has_before);
   }
 }
 
 /* A coarse camera shows a target that is followed well in the same one or two counts, also while it turns. */
 static void test_a_coarse_camera_shows_a_target_at_the_centre_without_a_change(void) {
+  count_rad = 1e-4f;
+  TEST_ASSERT_EQUAL(0, show(1, 0.0, 0.1, 0.0));
+  setUp();
   count_rad = 1e-4f;
   TEST_ASSERT_EQUAL(0, show(2, 0.0, 0.1, 0.0));
   TEST_ASSERT_EQUAL(0, show(3, 0.0, 0.03, 0.0)); /* 2 mrad faster: less than 25 counts */
@@ -177,8 +208,10 @@ int main(void) {
   RUN_TEST(test_each_axis_is_judged_for_itself);
   RUN_TEST(test_gaps_do_not_end_it);
   RUN_TEST(test_a_pass_at_a_constant_rate_near_the_zenith_is_a_target);
+  RUN_TEST(test_motion_across_a_place_that_stays_is_that_of_a_target);
   RUN_TEST(test_pictures_without_a_target_do_not_end_it);
   RUN_TEST(test_a_long_time_without_a_target_is_no_window);
+  RUN_TEST(test_a_window_that_lasts_too_long_is_not_judged);
   RUN_TEST(test_a_coarse_camera_shows_a_target_at_the_centre_without_a_change);
   return UNITY_END();
 }

@@ -95,6 +95,49 @@ static void test_a_target_is_coasted_and_can_be_lost_on_purpose(void) {
   }
 }
 
+/* Within 0.02 rad/s of the rate at which it began, up to 600 ticks; not while the axis itself tracks. */
+static void test_a_joint_is_steady_while_its_rate_stays(void) {
+  const joint_steadiness *steady = &joints.steady[SERVO_PITCH];
+  float *rate_rad_s = &app.axis[SERVO_PITCH].signals.rates.rate_rad_s;
+  for (int side = -1; side <= 1; side += 2) {
+    *rate_rad_s = 0.1f;
+    step((joint_frame){0});
+    TEST_ASSERT_EQUAL(0, steady->ticks);
+    CHECK_SAME("rad/s", 0.1f, steady->rate_rad_s);
+    *rate_rad_s = 0.1f + 0.019f * (float)side;
+    for (int tick = 1; tick < JOINT_STEADY_TICKS + 2; ++tick) {
+      step((joint_frame){0});
+      TEST_ASSERT_EQUAL(tick < JOINT_STEADY_TICKS ? tick : JOINT_STEADY_TICKS, steady->ticks);
+    }
+    CHECK_SAME("where it began, rad/s", 0.1f, steady->rate_rad_s);
+    *rate_rad_s = 0.1f + 0.021f * (float)side;
+    step((joint_frame){0});
+    TEST_ASSERT_EQUAL(0, steady->ticks);
+    CHECK_SAME("rad/s", *rate_rad_s, steady->rate_rad_s);
+  }
+  CHECK_SAME("the other joint, rad/s", 0.0, joints.steady[SERVO_AZIMUTH].rate_rad_s);
+  joints.tracks[SERVO_PITCH] = true;
+  for (int tick = 0; tick < 10; ++tick) {
+    step((joint_frame){0});
+  }
+  TEST_ASSERT_EQUAL(0, steady->ticks);
+}
+
+static void test_a_reset_leaves_no_axis_that_tracks_and_no_motion(void) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    joints.tracks[i] = true;
+    joints.steady[i] = (joint_steadiness){.rate_rad_s = 0.1f, .ticks = 7};
+    joints.axis[i].locked = true;
+  }
+  joint_tracking_reset(&joints);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    TEST_ASSERT_FALSE(joints.tracks[i]);
+    CHECK_SAME("rad/s", 0.0, joints.steady[i].rate_rad_s);
+    TEST_ASSERT_EQUAL(0, joints.steady[i].ticks);
+    TEST_ASSERT_FALSE(joints.axis[i].locked);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_each_joint_has_its_error_its_loop_and_its_gain);
@@ -102,5 +145,7 @@ int main(void) {
   RUN_TEST(test_the_error_is_that_of_the_last_frame);
   RUN_TEST(test_motion_is_remembered_and_the_target_is_not);
   RUN_TEST(test_a_target_is_coasted_and_can_be_lost_on_purpose);
+  RUN_TEST(test_a_joint_is_steady_while_its_rate_stays);
+  RUN_TEST(test_a_reset_leaves_no_axis_that_tracks_and_no_motion);
   return UNITY_END();
 }

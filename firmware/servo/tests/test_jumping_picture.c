@@ -66,6 +66,29 @@ static void test_as_many_good_frames_count_again(void) {
   TEST_ASSERT_FALSE(show(0.0f, 0.0f, 2, 20));
 }
 
+static int frames_until_they_count(float error_rad) {
+  int frames = 0;
+  while (frames < 100 && show(0.0f, error_rad, 2, 20)) {
+    frames++;
+  }
+  return frames;
+}
+
+/* Twice as many as were needed. Errors that stay at -5 mrad are no jump; one back to it, with others between, is. */
+static void test_however_long_it_jumped_as_many_good_frames_count_again(void) {
+  for (int i = 0; i < 100; ++i) {
+    (void)show(0.0f, i % 2 == 0 ? 5e-3f : -5e-3f, 2, 20);
+  }
+  TEST_ASSERT_EQUAL(JUMPING_HIGHEST_SCORE, picture.score);
+  while (picture.score > JUMPING_HIGHEST_SCORE - 1) {
+    TEST_ASSERT_TRUE(show(0.0f, -5e-3f, 2, 20));
+  }
+  TEST_ASSERT_TRUE(show(0.0f, 5e-3f, 2, 20));
+  TEST_ASSERT_EQUAL(JUMPING_HIGHEST_SCORE, picture.score);
+  TEST_ASSERT_EQUAL(JUMPING_FREE, picture.free); /* of a jump of 10 mrad, ten times too fast */
+  TEST_ASSERT_EQUAL(JUMPING_FREE + JUMPING_HIGHEST_SCORE - 1, frames_until_they_count(5e-3f));
+}
+
 static void test_a_frame_without_a_target_says_nothing(void) {
   for (int i = 0; i < 100; ++i) {
     const pointing_frame frame = {.fresh = true, .valid = false, .error = {.x = i % 2 == 0 ? 0.01f : -0.01f}};
@@ -106,6 +129,7 @@ int main(void) {
   RUN_TEST(test_jumps_to_and_fro_are_found_after_7_frames);
   RUN_TEST(test_errors_that_stay_for_some_frames_and_jump_far_are_found);
   RUN_TEST(test_as_many_good_frames_count_again);
+  RUN_TEST(test_however_long_it_jumped_as_many_good_frames_count_again);
   RUN_TEST(test_a_frame_without_a_target_says_nothing);
   RUN_TEST(test_an_imager_that_hops_between_two_targets_is_none);
   RUN_TEST(test_the_time_between_two_exposures_counts);

@@ -146,6 +146,29 @@ static void test_a_verdict_of_wrong_stays_until_it_is_reset(void) {
   TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, check.verdict);
 }
 
+/* Whenever a wrong film ends, the right one after it is judged as if it were the first. */
+static void test_a_reset_leaves_nothing_of_before(void) {
+  int first_ms = 0;
+  TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, verdict_on(kRight, &first_ms));
+  film wrong = kRight;
+  wrong.roll_deg = 180.0;
+  picture_check_reset(&check);
+  const int first_wrong_ms = show(&wrong, 0, 900);
+  for (int cut_ms = 1; cut_ms < 900; cut_ms += 7) {
+    picture_check_reset(&check);
+    (void)show(&wrong, 0, cut_ms);
+    picture_check_reset(&check);
+    TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, check.verdict);
+    CHECK_SAME("roll, rad", 0.0, check.roll_rad);
+    TEST_ASSERT_EQUAL_INT(first_ms, show(&kRight, 0, 900));
+    TEST_ASSERT_TRUE(check.complete);
+    picture_check_reset(&check);
+    (void)show(&wrong, 0, cut_ms);
+    picture_check_reset(&check);
+    TEST_ASSERT_EQUAL_INT(first_wrong_ms, show(&wrong, 0, 900));
+  }
+}
+
 /* A picture that was right in both directions is not judged again. */
 static void test_a_complete_verdict_stays(void) {
   (void)show(&kRight, 0, 900);
@@ -156,11 +179,13 @@ static void test_a_complete_verdict_stays(void) {
   TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, check.verdict);
 }
 
-/* At a constant rate, which shows nothing. 50 Hz; the error changes by `error_rad_s`. Returns the ms of the verdict. */
-static int hold_at(double rate_rad_s, double error_rad_s) {
+/* Along one axis at a constant rate, which shows nothing. 50 Hz; the error changes by `error_rad_s`. Returns the ms of
+ * the verdict. */
+static int hold_along(bool vertical, double rate_rad_s, double error_rad_s) {
   picture_check_reset(&check);
   for (int ms = 0; ms < 5000; ++ms) {
-    const image_vector moved = {.x = (float)(1e-3 * rate_rad_s)};
+    const float step_rad = (float)(1e-3 * rate_rad_s);
+    const image_vector moved = {.x = vertical ? 0.0f : step_rad, .y = vertical ? step_rad : 0.0f};
     picture_check_tick(&check, moved, false);
     if (ms % 20 == 0) {
       const image_vector error = {.x = (float)(0.01 + 1e-3 * error_rad_s * ms)};
@@ -175,11 +200,67 @@ static int hold_at(double rate_rad_s, double error_rad_s) {
 
 /* 0.15 rad at 0.1 rad/s: 1.5 s. One that came nearer is not stopped. */
 static void test_a_picture_that_does_not_answer_stops_the_axes(void) {
-  CHECK_NEAR("stopped, ms", 1530, hold_at(0.1, 0.04), 30);
+  for (int vertical = 0; vertical <= 1; ++vertical) {
+    CHECK_NEAR("stopped, ms", 1530, hold_along(vertical != 0, 0.1, 0.04), 30);
+    TEST_ASSERT_EQUAL_INT(PICTURE_NO_ANSWER, check.verdict);
+    TEST_ASSERT_TRUE(picture_check_is_wrong(&check));
+    CHECK_NEAR("stopped, ms", 1530, hold_along(vertical != 0, -0.1, 0.0), 30);
+    TEST_ASSERT_EQUAL_INT(-1, hold_along(vertical != 0, 0.1, -0.001));
+  }
+}
+
+/* The target of the last camera came no nearer. Without a picture of the next one nothing says so of it. */
+static void test_after_a_reset_the_limit_stays_until_there_is_a_picture(void) {
+  (void)hold_along(false, 0.02, 0.0);
+  TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, check.verdict);
+  picture_check_reset(&check);
+  const float limit_rad_s = check.rate_limit_rad_s;
+  for (int ms = 0; ms < 2 * PICTURE_VARIES_TICKS; ++ms) {
+    picture_check_tick(&check, (image_vector){0}, false);
+    CHECK_SAME("limit, rad/s", limit_rad_s, check.rate_limit_rad_s);
+  }
+}
+
+/* Away at 0.1 rad/s for 1 s; then it follows for 0.1 s; then away again, for 1.5 s from there. */
+static void test_what_the_axes_have_moved_counts_from_the_last_time_that_the_target_was_followed(void) {
+  int stopped_ms = 0;
+  for (int ms = 0; ms < 5000 && stopped_ms == 0; ++ms) {
+    picture_check_tick(&check, (image_vector){.x = 1e-4f}, ms >= 990 && ms < 1090);
+    if (ms % 20 == 0) {
+      picture_check_take(&check, (image_vector){.x = 0.01f}, (image_vector){0}, 0);
+    }
+    stopped_ms = check.verdict != PICTURE_NOT_JUDGED ? ms : 0;
+  }
   TEST_ASSERT_EQUAL_INT(PICTURE_NO_ANSWER, check.verdict);
-  TEST_ASSERT_TRUE(picture_check_is_wrong(&check));
-  CHECK_NEAR("stopped, ms", 1530, hold_at(-0.1, 0.0), 30);
-  TEST_ASSERT_EQUAL_INT(-1, hold_at(0.1, -0.001));
+  CHECK_NEAR("stopped, ms", 1080 + 1500, stopped_ms, 30);
+}
+
+/* Half of it before the third picture; of more than 40 ms between two pictures, up to 100, it has the less the more. */
+static void test_the_limit_is_lower_for_a_slow_camera(void) {
+  static const struct {
+    int period_ms;
+    double limit_rad_s;
+  } rows[] = {{18, 0.1}, {40, 0.1}, {50, 0.08}, {80, 0.05}, {100, 0.04}, {200, 0.04}};
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    picture_check_reset(&check);
+    CHECK_NEAR("before the first, rad/s", 0.02, check.rate_limit_rad_s, 1e-7);
+    for (int picture = 1; picture <= 4; ++picture) {
+      for (int ms = 0; ms < rows[i].period_ms; ++ms) {
+        picture_check_tick(&check, (image_vector){0}, false);
+      }
+      picture_check_take(&check, (image_vector){.x = 0.01f - 1e-4f * (float)picture}, (image_vector){0}, 0);
+      CHECK_NEAR("limit, rad/s", (picture < 3 ? 0.5 : 1.0) * rows[i].limit_rad_s, check.full_limit_rad_s, 1e-7);
+    }
+  }
+}
+
+/* 17 ms after the one before, by their exposures, it does not count; 18 ms after it does. */
+static void test_pictures_that_follow_each_other_too_soon_do_not_count(void) {
+  for (int ms = 0; ms < 100; ++ms) {
+    picture_check_tick(&check, (image_vector){0}, false);
+    picture_check_take(&check, (image_vector){.x = 0.01f}, (image_vector){0}, 0);
+    TEST_ASSERT_EQUAL_INT((ms + 1) / PICTURE_SPACING_TICKS, check.pictures.count);
+  }
 }
 
 /* Round in circles of 0.05 rad at 0.04 rad/s, with a target that is nearer than at first: 0.15 rad more way than
@@ -220,14 +301,17 @@ static void test_the_limit_varies_while_it_holds(void) {
 
 /* Followed without the limit for 1.5 s in one piece. */
 static void test_a_target_that_is_followed_proves_its_picture(void) {
-  for (int ms = 0; ms < PICTURE_PROVEN_TICKS - 1; ++ms) {
-    picture_check_tick(&check, (image_vector){0}, true);
+  for (int interrupted = 0; interrupted < 3; ++interrupted) {
+    for (int ms = 0; ms < PICTURE_PROVEN_TICKS - 1; ++ms) {
+      picture_check_tick(&check, (image_vector){0}, true);
+    }
+    TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, check.verdict);
+    if (interrupted == 0) {
+      picture_check_tick(&check, (image_vector){0}, false);
+    } else if (interrupted == 1) {
+      picture_check_reset(&check);
+    }
   }
-  picture_check_tick(&check, (image_vector){0}, false);
-  for (int ms = 0; ms < PICTURE_PROVEN_TICKS - 1; ++ms) {
-    picture_check_tick(&check, (image_vector){0}, true);
-  }
-  TEST_ASSERT_EQUAL_INT(PICTURE_NOT_JUDGED, check.verdict);
   picture_check_tick(&check, (image_vector){0}, true);
   TEST_ASSERT_EQUAL_INT(PICTURE_RIGHT, check.verdict);
 }
@@ -240,10 +324,15 @@ int main(void) {
   RUN_TEST(test_few_pictures_are_enough);
   RUN_TEST(test_a_picture_of_too_little_motion_is_not_judged);
   RUN_TEST(test_a_verdict_of_wrong_stays_until_it_is_reset);
+  RUN_TEST(test_a_reset_leaves_nothing_of_before);
   RUN_TEST(test_a_complete_verdict_stays);
   RUN_TEST(test_a_picture_that_does_not_answer_stops_the_axes);
+  RUN_TEST(test_what_the_axes_have_moved_counts_from_the_last_time_that_the_target_was_followed);
+  RUN_TEST(test_the_limit_is_lower_for_a_slow_camera);
+  RUN_TEST(test_pictures_that_follow_each_other_too_soon_do_not_count);
   RUN_TEST(test_a_picture_after_which_the_axes_go_round_in_circles_stops_them);
   RUN_TEST(test_the_limit_varies_while_it_holds);
+  RUN_TEST(test_after_a_reset_the_limit_stays_until_there_is_a_picture);
   RUN_TEST(test_a_target_that_is_followed_proves_its_picture);
   return UNITY_END();
 }

@@ -69,12 +69,16 @@ static void test_a_gyro_below_its_joint_is_one_in_both_axes(void) {
     servo_params params = {.axis = {azimuth(6.0f, 3.0f, mountings[i]), azimuth(2.5f, 1.0f, mountings[i])}};
     samples = (servo_samples){.bus_voltage_v = 48.0f};
     CHECK_STATUS(CONTROL_OK, servo_app_configure(&app, &params, &samples));
+    TEST_ASSERT_EQUAL(mountings[i] == GYRO_BELOW_JOINT, app.axis[SERVO_PITCH].pose.gyro_below);
     servo_app_tick(&app, &command, &samples);
     for (int axis = 0; axis < SERVO_AXES; ++axis) {
       TEST_ASSERT_EQUAL(mountings[i] == GYRO_BELOW_JOINT, app.axis[axis].speed.pose.gyro_below);
       CHECK_SAME("of the joint's rate", mountings[i] == GYRO_BELOW_JOINT ? 1.0 : 0.0,
                  app.axis[axis].speed.gyro.of_joint);
     }
+    app.params.axis[SERVO_PITCH].gyro = GYRO_BELOW_JOINT; /* other parameters, from the next tick on */
+    servo_app_tick(&app, &command, &samples);
+    TEST_ASSERT_TRUE(app.axis[SERVO_PITCH].pose.gyro_below);
   }
 }
 
@@ -96,6 +100,8 @@ static void test_one_wrong_angle_of_the_pitch_changes_the_share_by_a_step_at_mos
   const double before = share_after(10.0);
   CHECK_NEAR("one wrong angle", before - 0.01, share_after(60.0), 1e-6);
   CHECK_NEAR("back", before, share_after(10.0), 1e-6);
+  start_at(60.0);
+  CHECK_NEAR("the other way", 0.625 + 0.01, share_after(10.0), 1e-6);
 }
 
 static void test_without_the_angle_of_the_pitch_the_share_stays(void) {

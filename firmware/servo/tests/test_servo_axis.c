@@ -33,6 +33,9 @@ static void test_torque_mode_gives_the_requested_torque_within_the_limits(void) 
 /* Whatever the gains, the filters and the limits from outside are. */
 static void test_a_protective_stop_gives_exactly_its_torque_within_the_current_limit(void) {
   bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 5.0f}, .torque_nm = 8.0f};
+  tick(&b);
+  TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
   b.command = (servo_axis_command){.mode = SERVO_PROTECTIVE_STOP,
                                    .torque_nm = -30.0f,
                                    .torque_limited = true,
@@ -42,6 +45,8 @@ static void test_a_protective_stop_gives_exactly_its_torque_within_the_current_l
   ticks(&b, 3);
   CHECK_SAME("torque, Nm", -30.0, b.axis.commanded_nm);
   CHECK_SAME("current, A", (double)(-30.0f / b.params.torque_constant_nm_a), b.axis.current_reference_a);
+  CHECK_SAME("from outside, Nm", 0.0, b.axis.added_nm); /* nothing of the loop before it is left */
+  TEST_ASSERT_FALSE(b.axis.signals.torque.limited);
   b.command.torque_nm = 1e6f;
   tick(&b);
   CHECK_SAME("torque, Nm", 50.0, b.axis.commanded_nm);
@@ -103,6 +108,10 @@ static void test_speed_and_position_loops_keep_the_torque_limits_from_outside(vo
   ticks(&b, 300);
   CHECK_SAME("torque, Nm", 4.0, b.axis.commanded_nm);
   TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
+  b.command.mode = SERVO_OFF;
+  ticks(&b, 1);
+  TEST_ASSERT_FALSE(b.axis.signals.torque.limited);
+  CHECK_SAME("shown while off, Nm", 0.0, b.axis.signals.torque.torque_nm);
   b.command.mode = SERVO_POSITION;
   b.command.position = (angle_turn32)-200000000;
   b.command.speed.rate_rad_s = 0.0f;

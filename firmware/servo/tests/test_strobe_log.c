@@ -139,6 +139,70 @@ static void test_a_sender_that_began_anew_gets_in_step_again(void) {
   TEST_ASSERT_EQUAL_UINT32(0, strobes.missing + strobes.additional);
 }
 
+/* The next frame, whose counter is `more` further than it should be. */
+static void stray_frame(int more) {
+  counter = (uint8_t)(counter + more);
+  TEST_ASSERT_FALSE(frame(DELAY_US));
+  TEST_ASSERT_EQUAL(STROBE_OUT_OF_ORDER, strobes.last_refusal);
+}
+
+/* Four frames in a row, one in step between them begins it anew. */
+static void test_frames_that_agree_on_another_order_count_from_the_last_one_in_step(void) {
+  get_in_step();
+  for (int i = 0; i < 3; ++i) {
+    stray_frame(3);
+    for (int edges = 0; edges < 3; ++edges) {
+      exposed_us += FRAME_US;
+      edge(exposed_us);
+    }
+    TEST_ASSERT_TRUE(frame(DELAY_US)); /* as before */
+  }
+  counter = (uint8_t)(counter + 3);
+  get_in_step();
+  TEST_ASSERT_EQUAL_UINT32(3, strobes.missing);
+}
+
+/* One frame of another order, 200 that are lost on the bus, and a counter that looks like that of a new sender. */
+static void test_frames_before_a_sender_that_began_anew_do_not_count_for_its_order(void) {
+  get_in_step();
+  stray_frame(100);
+  for (int i = 0; i < 200; ++i) {
+    exposed_us += FRAME_US;
+    edge(exposed_us);
+    ++counter;
+  }
+  get_in_step();
+  TEST_ASSERT_EQUAL_UINT32(0, strobes.missing + strobes.additional);
+}
+
+/* 127 counters ahead it is the same sender, and 126 edges are missing; 128 ahead it is another one. */
+static void test_half_of_the_counters_ahead_is_a_sender_that_began_anew(void) {
+  for (int anew = 0; anew <= 1; ++anew) {
+    setUp();
+    get_in_step();
+    counter = (uint8_t)(counter + 126 + anew);
+    get_in_step();
+    TEST_ASSERT_EQUAL_UINT32(anew != 0 ? 0 : 126, strobes.missing);
+    TEST_ASSERT_EQUAL_UINT32(0, strobes.additional);
+  }
+}
+
+/* As many as the log remembers; a frame of the oldest of them is paired, one of an edge before it is not. */
+static void test_64_edges_are_remembered(void) {
+  TEST_ASSERT_EQUAL_UINT32(0, strobe_log_newest_us(&strobes));
+  for (int pass = 0; pass <= 1; ++pass) {
+    strobe_log_reset(&strobes);
+    for (uint32_t i = 0; i < 200; ++i) { /* at 1 kHz */
+      edge(i * 1000);
+      const uint32_t back_us = pass == 0 ? 63000 : 64000;
+      params.youngest = (uint16_t)(back_us / 10);
+      params.oldest = (uint16_t)(back_us / 10 + 99);
+      const bool paired = strobe_log_pair(&strobes, &params, (uint8_t)i, i * 1000 + 1);
+      TEST_ASSERT_EQUAL(pass == 0 && i >= 63 + STROBE_LOG_AGREE - 1, paired);
+    }
+  }
+}
+
 /* A sender whose counter says something else in each frame has no order to get in step with. */
 static void test_a_counter_that_jumps_never_gets_in_step(void) {
   for (int i = 0; i < 10 * STROBE_LOG_AGREE; ++i) {
@@ -175,6 +239,10 @@ int main(void) {
   RUN_TEST(test_the_edge_of_another_frame_is_refused);
   RUN_TEST(test_a_frame_that_comes_twice_is_none);
   RUN_TEST(test_a_sender_that_began_anew_gets_in_step_again);
+  RUN_TEST(test_frames_that_agree_on_another_order_count_from_the_last_one_in_step);
+  RUN_TEST(test_frames_before_a_sender_that_began_anew_do_not_count_for_its_order);
+  RUN_TEST(test_half_of_the_counters_ahead_is_a_sender_that_began_anew);
+  RUN_TEST(test_64_edges_are_remembered);
   RUN_TEST(test_a_counter_that_jumps_never_gets_in_step);
   RUN_TEST(test_noise_is_counted_and_pairs_nothing);
   return UNITY_END();

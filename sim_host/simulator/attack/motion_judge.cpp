@@ -158,8 +158,10 @@ void MotionJudge::look_at_standstill(int axis, const DrivenNode& node, double ra
     still.path_rad = 0.0;
   }
   still.closed = closed;
-  const bool turns = std::abs(rate_rad_s) > kTurning_rad_s && !brakes_as_permitted(node, axis, rate_rad_s);
-  if (still.ticks * kTick_s > kStopTime_s && turns) {
+  const bool turns = std::abs(rate_rad_s) > kTurning_rad_s;
+  if (turns && brakes_as_permitted(node, axis, rate_rad_s)) {
+    still.ticks = 0;  // what turns it from outside lets it turn until it may brake with all its torque
+  } else if (still.ticks * kTick_s > kStopTime_s && turns) {
     still.turning_ticks++;
     still.path_rad += std::abs(rate_rad_s) * kTick_s;
   }
