@@ -117,12 +117,12 @@ static bool level_triggers(scope *s) {
   return met && (!edge || was_not_met);
 }
 
-static void monitor_events(scope *s, uint32_t state, bool fault) {
+static void monitor_events(scope *s, uint32_t state, uint32_t faults) {
   const bool changed = s->seen && state != s->last_state;
-  const bool fault_begins = s->seen && fault && !s->last_fault;
+  const bool fault_begins = s->seen && (faults & ~s->last_faults) != 0;
   s->seen = true;
   s->last_state = state;
-  s->last_fault = fault;
+  s->last_faults = faults;
   const scope_source source = s->config.trigger.source;
   s->pending = s->pending || (source == SCOPE_STATE_CHANGE && changed) || (source == SCOPE_FAULT && fault_begins);
 }
@@ -154,11 +154,11 @@ static void advance(scope *s) {
   }
 }
 
-void scope_step(scope *s, uint32_t state, bool fault) {
+void scope_step(scope *s, uint32_t state, uint32_t faults) {
   if (s->phase == SCOPE_IDLE || s->phase == SCOPE_DONE) {
     return;
   }
-  monitor_events(s, state, fault);
+  monitor_events(s, state, faults);
   if (s->ticks_to_frame > 0) {
     --s->ticks_to_frame;
     return;

@@ -81,9 +81,9 @@ typedef struct {
   bool forced;
   bool level_known;
   bool level_met; /* in the last frame */
-  bool seen;      /* last_state and last_fault are valid */
+  bool seen;      /* last_state and last_faults are valid */
   uint32_t last_state;
-  bool last_fault;
+  uint32_t last_faults;
   uint32_t words[SCOPE_WORDS];
 } scope;
 
@@ -106,9 +106,10 @@ void scope_stop(scope *s);
  * waits for its trigger. The frames captured until then stay, even if fewer than the pre-trigger. */
 void scope_force(scope *s);
 
-/* Captures one tick. Call after the control has run. `state` is any number that changes with the drive's state. Cost:
- * copies up to 8 words every `divider` ticks, otherwise almost nothing. */
-void scope_step(scope *s, uint32_t state, bool fault);
+/* Captures one tick. Call after the control has run. `state` is any number that changes with the drive's state,
+ * `faults` has a bit for each axis in fault. Cost: copies up to 8 words every `divider` ticks, otherwise almost
+ * nothing. */
+void scope_step(scope *s, uint32_t state, uint32_t faults);
 
 /* Returns the length of the stream in bytes; 0 unless done. */
 uint32_t scope_bytes(const scope *s);

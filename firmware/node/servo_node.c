@@ -146,16 +146,16 @@ static void report_faults(servo_node *node, int i) {
 /* For 0x2101, and for the scope, which triggers on any power state and any fault. */
 static void record(servo_node *node) {
   uint32_t states = 0;
-  bool fault = false;
+  uint32_t faults = 0;
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
     recorded_tick_take(&axis->recorded, &node->board, i, &axis->experiment, axis->inputs.stimulus != NULL,
                        node->objects.ticks);
     const drive_power_state power = axis->drive.state.power;
     states = states << 8 | (uint32_t)power;
-    fault = fault || power == DRIVE_FAULT || power == DRIVE_FAULT_REACTION_ACTIVE;
+    faults |= (power == DRIVE_FAULT || power == DRIVE_FAULT_REACTION_ACTIVE ? 1u : 0u) << i;
   }
-  scope_step(&node->recorder, states, fault);
+  scope_step(&node->recorder, states, faults);
 }
 
 /* New gains that make the axis oscillate: the proven ones instead, from the next tick on. */

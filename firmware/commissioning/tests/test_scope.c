@@ -14,11 +14,11 @@ static float ramp_value;
 static int32_t counter;
 static uint32_t pattern;
 
-static void tick(int number, uint32_t state, bool fault) {
+static void tick(int number, uint32_t state, uint32_t faults) {
   ramp_value = (float)number * 0.5f;
   counter = -number;
   pattern = (uint32_t)number * 2654435761u;
-  scope_step(&bench_scope, state, fault);
+  scope_step(&bench_scope, state, faults);
 }
 
 static scope_config three_channels(scope_source source) {
@@ -113,10 +113,21 @@ static void test_a_fault_that_was_there_before_is_no_trigger(void) {
   const scope_config config = three_channels(SCOPE_FAULT);
   CHECK_STATUS(SCOPE_OK, scope_arm(&bench_scope, &config, tick_s));
   for (int i = 0; i < 5000; ++i) {
-    tick(i, 3, i < 4000);
+    tick(i, 3, i < 4000 ? 1 : 0);
   }
   TEST_ASSERT_EQUAL_INT(SCOPE_WAITING, bench_scope.phase);
-  tick(5000, 3, true);
+  tick(5000, 3, 1);
+  TEST_ASSERT_EQUAL_INT(SCOPE_TRIGGERED, bench_scope.phase);
+}
+
+static void test_a_fault_of_the_second_axis_triggers_while_the_first_one_has_its_own(void) {
+  const scope_config config = three_channels(SCOPE_FAULT);
+  CHECK_STATUS(SCOPE_OK, scope_arm(&bench_scope, &config, tick_s));
+  for (int i = 0; i < 500; ++i) {
+    tick(i, 3, 1);
+  }
+  TEST_ASSERT_EQUAL_INT(SCOPE_WAITING, bench_scope.phase);
+  tick(500, 3, 3);
   TEST_ASSERT_EQUAL_INT(SCOPE_TRIGGERED, bench_scope.phase);
 }
 
@@ -147,10 +158,10 @@ static void test_an_event_while_the_pretrigger_fills_does_not_count(void) {
   const scope_config config = three_channels(SCOPE_STATE_CHANGE);
   CHECK_STATUS(SCOPE_OK, scope_arm(&bench_scope, &config, tick_s));
   for (int i = 0; i < 1000; ++i) {
-    tick(i, i < 50 ? 3 : 4, false);
+    tick(i, i < 50 ? 3 : 4, 0);
   }
   TEST_ASSERT_EQUAL_INT(SCOPE_WAITING, bench_scope.phase);
-  tick(1000, 5, false);
+  tick(1000, 5, 0);
   TEST_ASSERT_EQUAL_INT(SCOPE_TRIGGERED, bench_scope.phase);
 }
 
@@ -161,7 +172,7 @@ static void test_a_forced_trigger_ends_the_wait_and_keeps_the_frames_before_it(v
   TEST_ASSERT_EQUAL_INT(SCOPE_WAITING, bench_scope.phase);
   scope_force(&bench_scope);
   for (int i = 500; bench_scope.phase != SCOPE_DONE; ++i) {
-    tick(i, 1, false);
+    tick(i, 1, 0);
   }
   TEST_ASSERT_EQUAL_UINT32(2730, word_at(16));
   TEST_ASSERT_EQUAL_INT(500, tick_of_frame(word_at(20)));
@@ -175,7 +186,7 @@ static void test_a_trigger_forced_while_the_pretrigger_fills_has_fewer_frames_be
   TEST_ASSERT_EQUAL_INT(SCOPE_FILLING, bench_scope.phase);
   scope_force(&bench_scope);
   for (int i = 40; bench_scope.phase != SCOPE_DONE; ++i) {
-    tick(i, 1, false);
+    tick(i, 1, 0);
   }
   TEST_ASSERT_EQUAL_UINT32(40, word_at(20));
   TEST_ASSERT_EQUAL_UINT32(40 + 2730 - 1000, word_at(16));
@@ -200,14 +211,14 @@ static void test_a_value_that_is_no_number_never_triggers_and_is_kept_bit_for_bi
   const uint32_t odd_nan = 0x7FC12345;
   for (int i = 0; i < 9000; ++i) {
     memcpy(&ramp_value, &odd_nan, 4);
-    scope_step(&bench_scope, 0, false);
+    scope_step(&bench_scope, 0, 0);
   }
   TEST_ASSERT_EQUAL_INT(SCOPE_WAITING, bench_scope.phase);
   ramp_value = 1.0f;
-  scope_step(&bench_scope, 0, false);
+  scope_step(&bench_scope, 0, 0);
   memcpy(&ramp_value, &odd_nan, 4);
   while (bench_scope.phase != SCOPE_DONE) {
-    scope_step(&bench_scope, 0, false);
+    scope_step(&bench_scope, 0, 0);
   }
   TEST_ASSERT_EQUAL_HEX32(0x3F800000, word_at(40));
   TEST_ASSERT_EQUAL_HEX32(odd_nan, word_at(44));
@@ -267,7 +278,7 @@ static void test_a_stopped_scope_gives_what_it_has(void) {
   scope_reset(&bench_scope);
   scope_stop(&bench_scope);
   TEST_ASSERT_EQUAL_UINT32(0, scope_bytes(&bench_scope));
-  tick(0, 0, false);
+  tick(0, 0, 0);
   TEST_ASSERT_EQUAL_INT(SCOPE_IDLE, bench_scope.phase);
 }
 
@@ -322,6 +333,7 @@ int main(void) {
   RUN_TEST(test_a_fault_triggers_when_it_begins);
   RUN_TEST(test_an_event_between_two_frames_triggers_the_next_one);
   RUN_TEST(test_a_fault_that_was_there_before_is_no_trigger);
+  RUN_TEST(test_a_fault_of_the_second_axis_triggers_while_the_first_one_has_its_own);
   RUN_TEST(test_levels_and_edges_of_every_kind_of_channel_trigger_in_their_frame);
   RUN_TEST(test_an_edge_while_the_pretrigger_fills_does_not_count);
   RUN_TEST(test_an_event_while_the_pretrigger_fills_does_not_count);

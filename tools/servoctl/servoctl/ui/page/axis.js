@@ -125,7 +125,7 @@ export class AxisCard {
     const { low_deg: low, high_deg: high, rate_deg_s: fastest } = axis.limits;
     set(".limits", `${low === null ? "no end" : `${low.toFixed(0)}° … ${high.toFixed(0)}°`}, ${fastest.toFixed(0)} °/s`);
     set(".doing", axis.doing ? `${this.name} ${axis.doing}` : axis.held ? "holds" : axis.state === "operation enabled" ? "enabled by another master" : "");
-    set(".age", age > STALE_S ? `read ${age.toFixed(1)} s ago` : "");
+    set(".age", age > STALE_S ? `· figures are ${age.toFixed(1)} s old` : "");
     this.find(".fault").hidden = !axis.fault;
     set(".fault strong", axis.fault);
     set(".cause", axis.cause ? `Cause: ${axis.cause}` : "");
