@@ -83,8 +83,9 @@ static void look_for_an_answer(picture_check *self, float error_rad, float step_
     self->held_moved = (image_vector){0};
     self->held_path_rad = 0.0f;
     self->held_error_rad = error_rad;
+  } else {
+    self->held_path_rad += step_rad;
   }
-  self->held_path_rad += step_rad;
   self->no_nearer = error_rad >= self->held_error_rad;
   const float far_rad = length_rad(self->held_moved);
   const bool runs_away = self->no_nearer && far_rad >= PICTURE_FARTHEST_RAD;

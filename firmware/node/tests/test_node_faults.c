@@ -732,6 +732,20 @@ static void test_the_voltage_that_changes_a_current_is_no_fault_where_the_curren
   }
 }
 
+/* What was half counted before it: that the motor disagrees with its current. */
+static void test_a_reset_of_the_node_leaves_no_fault_half_counted(void) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    node.axis[i].monitor.state.mismatch_ticks = 40;
+    node.axis[i].monitor.state.heating_a2 = 2.0f;
+  }
+  nmt(0x81);
+  wait_ms(1);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    TEST_ASSERT_EQUAL(0, node.axis[i].monitor.state.mismatch_ticks);
+    CHECK_NEAR("A^2: a winding stays warm", 2.0, node.axis[i].monitor.state.heating_a2, 0.01);
+  }
+}
+
 /* Held by something at its angle; the loop asks for more and more torque. 2060:8 is half a second. */
 static void test_an_axis_that_is_blocked_at_its_torque_limit_stalls(void) {
   SET(0x6007, 0, 0);
@@ -969,6 +983,7 @@ int main(void) {
   RUN_TEST(test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forgotten_with_the_reset);
   RUN_TEST(test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares);
   RUN_TEST(test_the_voltage_that_changes_a_current_is_no_fault_where_the_current_follows);
+  RUN_TEST(test_a_reset_of_the_node_leaves_no_fault_half_counted);
   RUN_TEST(test_an_axis_that_is_blocked_at_its_torque_limit_stalls);
   RUN_TEST(test_an_axis_that_leaves_the_position_that_it_holds_is_a_fault);
   RUN_TEST(test_a_brake_that_does_not_open_is_a_fault_where_its_contact_is_used);

@@ -173,6 +173,19 @@ static void test_frames_that_are_rare_change_nothing(void) {
   TEST_ASSERT_FALSE(delay.found.known);
 }
 
+/* Nobody knows what the line of sight has moved since a frame of 200 ms ago: the predictors begin anew. */
+static void test_a_gap_between_the_frames_begins_the_predictors_anew(void) {
+  run_for(10000, true);
+  CHECK_AT_LEAST("s", 9.0, delay.estimator.running_s);
+  const float weight = delay.estimator.weight;
+  world.frame_ms = 100000;
+  run_for(200, true);
+  world.frame_ms = 20;
+  run_for(22, true);
+  CHECK_AT_MOST("s", 0.03, delay.estimator.running_s);
+  CHECK_NEAR("frames so far", (double)weight, delay.estimator.weight, 1.0);
+}
+
 /* At both ends of the history the motion is taken a few ms beside the exposure, and this is taken into account. */
 static void test_ages_at_both_ends_of_the_history(void) {
   static const int ages_ms[] = {0, 2, 5, 120, TARGET_TRACKER_HISTORY - 1};
@@ -262,6 +275,7 @@ int main(void) {
   RUN_TEST(test_frames_without_a_target_change_nothing);
   RUN_TEST(test_any_rate_of_frames);
   RUN_TEST(test_frames_that_are_rare_change_nothing);
+  RUN_TEST(test_a_gap_between_the_frames_begins_the_predictors_anew);
   RUN_TEST(test_ages_at_both_ends_of_the_history);
   RUN_TEST(test_no_more_than_50_ms_are_corrected);
   RUN_TEST(test_the_dither_is_a_sine_of_the_elevation);

@@ -21,6 +21,11 @@ static void test_torque_mode_gives_the_requested_torque_within_the_limits(void) 
   tick(&b);
   CHECK_SAME("at the current limit, Nm", -50.0, b.axis.commanded_nm);
   TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
+  b.command.torque_nm = 80.0f;
+  tick(&b);
+  CHECK_SAME("at the current limit, Nm", 50.0, b.axis.commanded_nm);
+  TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
+  b.command.torque_nm = -80.0f;
   b.command.torque_limited = true;
   b.command.limits = (torque_limits){-7.0f, 9.0f};
   tick(&b);
@@ -95,10 +100,19 @@ static void test_other_gains_beside_a_torque_offset_make_no_step(void) {
   servo_axis_params next = b.params;
   next.speed.pi.proportional_gain = 900.0f;
   next.speed.pi.integral_gain = 9000.0f;
+  next.speed.observer.bandwidth_rad_s = 120.0f;
   b.worst_step_nm = 0.0;
   servo_axis_retune(&b.axis, &b.params, &next, dt_s);
   ticks(&b, 5);
   CHECK_AT_MOST("largest step of the torque, Nm of 12", 0.1, b.worst_step_nm);
+  b.command.speed.rate_rad_s = 0.11f; /* 9 Nm more, at first */
+  tick(&b);
+  bench same = b;
+  next.speed.pi.proportional_gain = 1200.0f;
+  servo_axis_retune(&b.axis, &b.params, &next, dt_s);
+  tick(&b);
+  tick(&same);
+  CHECK_NEAR("torque with the old gain, Nm", (double)same.axis.commanded_nm, b.axis.commanded_nm, 0.5);
 }
 
 static void test_speed_and_position_loops_keep_the_torque_limits_from_outside(void) {
@@ -117,6 +131,23 @@ static void test_speed_and_position_loops_keep_the_torque_limits_from_outside(vo
   b.command.speed.rate_rad_s = 0.0f;
   ticks(&b, 50);
   CHECK_SAME("torque, Nm", -2.0, b.axis.commanded_nm);
+}
+
+/* 5 rad/s in either direction are far more than the motor can: it gives all that it may, the offset with it. */
+static void test_a_torque_offset_takes_nothing_from_the_limits(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    for (int limited = 0; limited <= 1; ++limited) {
+      bench b = bench_at_rest();
+      b.command = (servo_axis_command){.mode = SERVO_SPEED,
+                                       .speed = {.rate_rad_s = 5.0f * (float)side},
+                                       .torque_nm = 8.0f,
+                                       .torque_limited = limited != 0,
+                                       .limits = {-20.0f, 30.0f}};
+      ticks(&b, 3);
+      const double within_nm = side < 0 ? -20.0 : 30.0;
+      CHECK_SAME("torque, Nm", limited != 0 ? within_nm : side * 50.0, b.axis.commanded_nm);
+    }
+  }
 }
 
 static void test_a_torque_offset_carries_a_load_and_is_counted_once(void) {
@@ -429,6 +460,7 @@ int main(void) {
   RUN_TEST(test_a_state_that_is_no_number_switches_the_axis_off);
   RUN_TEST(test_other_gains_beside_a_torque_offset_make_no_step);
   RUN_TEST(test_speed_and_position_loops_keep_the_torque_limits_from_outside);
+  RUN_TEST(test_a_torque_offset_takes_nothing_from_the_limits);
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
   RUN_TEST(test_a_pose_with_three_quarters_of_the_inertia_gets_three_quarters_of_the_torque);
