@@ -162,6 +162,24 @@ def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server
 HELD_KEYS = 20
 
 
+TWO_PLANS = """async () => {
+  const { confirmPlan } = await import("./plan.js");
+  const plan = (axis) => confirmPlan({ axis, text: "", forward_deg: 1, backward_deg: 0, rate_deg_s: 1, duration_s: 1 });
+  const after = (time_ms, value) => new Promise((resolve) => setTimeout(() => resolve(value), time_ms));
+  const [first, second] = [plan("azimuth"), plan("pitch")];
+  document.getElementById("plan-go").click();
+  const early = await Promise.race([second, after(100, "waits")]);
+  await after(300);
+  document.getElementById("plan-go").click();
+  return [await first, early, await second];
+}"""
+
+
+def test_a_click_on_a_plan_that_has_just_replaced_another_does_not_count(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        assert page.evaluate(TWO_PLANS) == [False, "waits", True]
+
+
 @pytest.mark.image
 def test_steps_before_and_after_are_shown_together(servo: Bench, server: Server, browser: Browser) -> None:
     with opened(browser, server) as page:
