@@ -103,7 +103,8 @@ class Device:
         """Of its lock (0x3040), if the user has given one."""
         self.stopped = threading.Event()
         """Set by a stop from another thread: until it is cleared, no axis is enabled here."""
-        self._given_up = ""
+        self.given_up = ""
+        """Why no transfer is tried any more."""
         self._schema_file = schema_file
         self._schema: Schema | None = None
         self.reported_hash: int | None = None
@@ -138,12 +139,12 @@ class Device:
 
     def give_up(self, why: str) -> None:
         """Every later transfer fails at once, with this sentence: of a node that is silent, or whose bus is lost, each of
-        the steps that end a motion would wait for an answer."""
-        self._given_up = why
+        the steps that end a motion would wait for an answer. An empty sentence ends this."""
+        self.given_up = why
 
     def _need_answers(self) -> None:
-        if self._given_up:
-            raise ConnectionFailed(self._given_up)
+        if self.given_up:
+            raise ConnectionFailed(self.given_up)
 
     # --- objects by index -----------------------------------------------------------------------------------------
 
@@ -332,7 +333,7 @@ class Device:
 
     def nmt_state(self, timeout_s: float = HEARTBEAT_TIMEOUT_S) -> str:
         """The state in the next heartbeat; "unknown" when none comes within `timeout_s` by the node's clock."""
-        if self._given_up:
+        if self.given_up:
             return "unknown"
         with contextlib.suppress(canopen.nmt.NmtError):
             return str(self.node.nmt.wait_for_heartbeat(timeout_s)).lower()

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from types import TracebackType
 
 import can
@@ -156,16 +156,21 @@ class LiveAxis:
         with deaf():
             failed: list[Exception] = []
             stops = [*self.when_broken_off, self._stop_hard] if broken_off else [self._stop_gently_or_hard]
-            steps = [*stops, *reversed(self._undo)]
-            for step in steps:
-                try:
-                    step()
-                except (ServoctlError, can.CanError, OSError) as error:
-                    failed.append(error)
+            self._try(stops, failed)
+            self._try(reversed(self._undo), failed)
             self._undo.clear()
             self._turn.close()
         if failed and not broken_off:
             raise failed[0]
+
+    @staticmethod
+    def _try(steps: Iterable[Callable[[], None]], failed: list[Exception]) -> None:
+        """All of them; adds their errors."""
+        for step in steps:
+            try:
+                step()
+            except (ServoctlError, can.CanError, OSError) as error:
+                failed.append(error)
 
     def _stop_gently_or_hard(self) -> None:
         """What does not come to rest is switched off as long as the device still monitors us."""
@@ -196,7 +201,8 @@ class LiveAxis:
             self._stop_quickly()
         except (ServoctlError, can.CanError, OSError) as error:
             self._supervision.abandon()
-            if isinstance(error, ConnectionFailed):
+            if isinstance(error, ConnectionFailed) and not self.device.given_up:
+                self._undo.insert(0, lambda: self.device.give_up(""))  # runs last
                 self.device.give_up(str(error))
             raise
 
