@@ -21,6 +21,7 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from servoctl import tuning
 from servoctl.bus import open_bus, parse_bus
 from servoctl.device import Device
 from servoctl.drive import Drive
@@ -593,6 +594,21 @@ def test_gains_are_read_again_when_another_program_has_changed_them_meanwhile(
         found = next(row for row in page.ask("gains", axis=0)["rows"] if row["name"] == gain)
         assert float(found["value"]) == 700.0 and found["active"] is None and found["stored"] is None
         servo("undo", "--staged", "--axis", "azimuth")
+        assert servo.value(gain) == before
+
+
+def test_gains_are_not_written_while_another_servoctl_writes_some(servo: Bench, server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What one has staged would be put into effect by the other."""
+    monkeypatch.setattr(tuning, "TURN_S", 0.1)
+    gain = "azimuth.speed_loop.proportional_gain"
+    before = servo.value(gain)
+    with server.page() as page, closing(server.engine.submit(lambda jobs: jobs._device.turns.lock("gains")).result(30.0)) as lock:
+        with lock.held():
+            refused = page.answer(page.send("apply", values={gain: "700"}))["error"]
+            assert refused == "another servoctl is writing gains: write yours when it has finished."
+        assert servo.value(gain) == before
+        page.ask("apply", values={gain: "700"})
+        page.ask("undo")
         assert servo.value(gain) == before
 
 
