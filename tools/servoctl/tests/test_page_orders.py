@@ -617,6 +617,7 @@ def test_a_gains_file_that_is_too_long_is_refused_and_a_wrong_one_named(server: 
         for text, said in (("x = 1\n" * 20_000, "long.toml is no gains file: it has 120 kB"), ("a = 1\na = 2\n", "long.toml:2: invalid TOML")):
             content = base64.b64encode(text.encode()).decode()
             assert said in viewer.answer(viewer.send("compare", name="long.toml", base64=content))["error"]
+        assert "this page only views" in viewer.answer(viewer.send("restore", name="long.toml", base64=content))["error"]
         assert "invalid request" in viewer.answer(viewer.send("plan", axis=1e400, angle_deg=1, rate_deg_s=1))["error"]
 
 

@@ -254,13 +254,13 @@ class Site:
                 if self._engine.anything_held:
                     self._engine.stop(f"page {viewer.number} released command")
             return None
+        if what in ("end_recording", "restore", "start_node"):
+            self._viewers.need(viewer)  # a viewer's file is not even parsed
         if what == "end_recording":
-            self._viewers.need(viewer)
             return await asyncio.get_running_loop().run_in_executor(self._closer, self._engine.end_recording)
         if what in ("compare", "restore"):
             message = message | {"file": await self._gains_file(message)}
         if what == "start_node" and not self._engine.connected:
-            self._viewers.need(viewer)
             return self._engine.start_when_found()
         job = _job(str(what), message)
         if what in _FOR_ALL:
