@@ -19,7 +19,7 @@ uint16_t bus_kbit_s_of_index(uint8_t index) { return index < BIT_RATES ? kbit_s_
 uint8_t bus_index_of_kbit_s(uint16_t kbit_s) {
   uint8_t index = 0;
   /* Bound: BIT_RATES. */
-  while (index < BIT_RATES && (kbit_s == 0 || kbit_s_of_index[index] != kbit_s)) {
+  while (index < BIT_RATES && kbit_s_of_index[index] != kbit_s) {
     index++;
   }
   return index;

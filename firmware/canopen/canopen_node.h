@@ -21,7 +21,7 @@
 #include "canopen/tpdo.h"
 
 enum {
-  CANOPEN_PARTS = 20,           /* of the dictionary: two of the node, the others of the application */
+  CANOPEN_PARTS = 21,           /* of the dictionary: two of the node, the others of the application */
   CANOPEN_FRAMES_PER_CALL = 16, /* of a queue; twice what 1 Mbit/s can deliver in 1 ms */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };

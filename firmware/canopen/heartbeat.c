@@ -37,7 +37,6 @@ static heartbeat_news hear_boot_up(heartbeat_consumer *consumer) {
 heartbeat_news heartbeat_consumer_hear(heartbeat_consumer *consumer, uint8_t remote_state) {
   const uint8_t without_toggle_bit = 0x7F; /* of node guarding */
   const bool back = consumer->health == HEARTBEAT_LOST;
-  consumer->remote_state = remote_state;
   if ((remote_state & without_toggle_bit) == 0) {
     return hear_boot_up(consumer);
   }

@@ -29,7 +29,6 @@ typedef enum {
 typedef struct {
   heartbeat_health health;
   uint16_t silent_ms;
-  uint8_t remote_state; /* last NMT state heard */
 } heartbeat_consumer;
 
 /* Fields of 0x1016:n. Node 0, nodes above 127 and time 0 switch the consumer off. */

@@ -284,15 +284,10 @@ static float angle_between(loop_complex from, loop_complex to) {
   return atan2f(from.re * to.im - from.im * to.re, from.re * to.re + from.im * to.im);
 }
 
-static void refuse(loop_stability *state, loop_name loop) {
-  state->verdict = LOOP_REFUSED;
-  state->worst = loop;
-}
-
 static void end_point(loop_stability *state) {
   for (int i = 0; i < LOOP_COUNT; ++i) {
     if (scalar_abs(state->phase[i]) > 0.5f * SCALAR_PI) {
-      refuse(state, (loop_name)i);
+      state->verdict = LOOP_REFUSED;
       return;
     }
   }
@@ -319,13 +314,13 @@ static bool take(loop_stability *state, const characteristic *now, float omega, 
   if (most > LOOP_PHASE_STEP && state->step > SHORTEST_STEP * omega) {
     return false;
   }
-  for (int i = LOOP_COUNT - 1; i >= 0; --i) {
+  for (int i = 0; i < LOOP_COUNT; ++i) {
     state->phase[i] += turned[i];
     state->last[i] = now->g[i];
     const float far = size(now->g[i]);
     state->distance = scalar_min(state->distance, far / scalar_max(now->open[i], 1e-30f));
     if (!(far >= least * now->open[i]) || most > LOOP_PHASE_STEP) {
-      refuse(state, (loop_name)i);
+      state->verdict = LOOP_REFUSED;
     }
   }
   state->omega = omega;
@@ -338,8 +333,7 @@ static void advance(loop_stability *state, const loop_stability_input *input) {
     for (int i = 0; i < LOOP_COUNT; ++i) {
       state->last[i] = still.g[i];
       if (!(still.g[i].re > 0.0f)) {
-        refuse(state, (loop_name)i);
-        break;
+        state->verdict = LOOP_REFUSED;
       }
     }
     state->evaluations = 1;
@@ -356,7 +350,7 @@ static void advance(loop_stability *state, const loop_stability_input *input) {
     state->step = scalar_min(2.0f * state->step, longest_step(state, input, omega));
   }
   if (state->evaluations > MAX_EVALUATIONS) {
-    refuse(state, LOOP_SPEED);
+    state->verdict = LOOP_REFUSED;
   }
 }
 

@@ -67,8 +67,7 @@ typedef struct {
   float phase[LOOP_COUNT];
   uint32_t evaluations; /* at this operating point */
   loop_verdict verdict;
-  loop_name worst; /* of a refused set: the innermost loop that is not good */
-  float distance;  /* smallest |1 + L| so far */
+  float distance; /* smallest |1 + L| so far */
 } loop_stability;
 
 void loop_stability_start(loop_stability *state);

@@ -42,14 +42,14 @@ static speed_loop_gyro scale_gyro(const speed_loop_pose *pose) {
     return (speed_loop_gyro){.gain = 1.0f, .of_joint = 1.0f};
   }
   const float share = pose->gyro_share;
-  const float least = SPEED_LOOP_MIN_GYRO_SHARE;
-  const float gain = scalar_abs(share) >= least ? 1.0f / share : share / (least * least);
+  const float gain = speed_loop_gyro_gain(share);
   return (speed_loop_gyro){.gain = gain, .of_joint = 1.0f - gain * share};
 }
 
 void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s) {
   state->pose = (speed_loop_pose){.inertia_share = 1.0f, .gyro_share = 1.0f};
   state->gyro = scale_gyro(&state->pose);
+  state->carried_rad_s = 0.0f;
   rate_estimator_reset(&state->rate_estimator, angle);
   rate_fusion_reset(&state->rate_fusion);
   biquad_reset(&state->notch, &params->notch, 0.0f);
@@ -89,9 +89,10 @@ speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_para
                                   const speed_loop_samples *samples, float dt_s) {
   const float joint_rate_rad_s =
       rate_estimator_step(&state->rate_estimator, &params->rate_estimator, samples->joint_angle, dt_s);
-  const float gyro_rad_s = speed_loop_gyro_rate(&state->gyro, samples->gyro_rad_s, joint_rate_rad_s);
+  const float carried_rad_s = state->carried_rad_s;
+  const float gyro_rad_s = speed_loop_gyro_rate(&state->gyro, samples->gyro_rad_s, joint_rate_rad_s) + carried_rad_s;
   const rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, gyro_rad_s,
-                                                    samples->gyro_valid, joint_rate_rad_s, dt_s);
+                                                    samples->gyro_valid, joint_rate_rad_s, carried_rad_s, dt_s);
   const float notched_rad_s = biquad_step(&state->notch, &params->notch, fused.rate_rad_s);
   return (speed_loop_rates){
       .joint_rate_rad_s = joint_rate_rad_s,

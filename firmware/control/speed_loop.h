@@ -64,6 +64,13 @@ typedef struct {
   float of_joint;
 } speed_loop_gyro;
 
+/* Returns the gain for a gyro that measures this share of the rate: 1 / share; below SPEED_LOOP_MIN_GYRO_SHARE it fades
+ * to 0, because there it would only be noise. */
+static inline float speed_loop_gyro_gain(float share) {
+  const float least = SPEED_LOOP_MIN_GYRO_SHARE;
+  return scalar_abs(share) >= least ? 1.0f / share : share / (least * least);
+}
+
 static inline float speed_loop_gyro_rate(const speed_loop_gyro *gyro, float reading_rad_s, float joint_rate_rad_s) {
   return gyro->gain * reading_rad_s + gyro->of_joint * joint_rate_rad_s;
 }
@@ -71,6 +78,7 @@ static inline float speed_loop_gyro_rate(const speed_loop_gyro *gyro, float read
 typedef struct {
   speed_loop_pose pose; /* 1 and 1 after a reset */
   speed_loop_gyro gyro; /* of this pose */
+  float carried_rad_s;  /* what others know of the base's rate about this axis, beside its own sensors; 0 if nothing */
   rate_estimator_state rate_estimator;
   rate_fusion_state rate_fusion;
   biquad_state notch;

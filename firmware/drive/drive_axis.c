@@ -132,9 +132,7 @@ static drive_action step_state(drive_axis *axis, const drive_objects *objects, c
 }
 
 /* Of 6067, and of 6065 likewise: UINT32_MAX contains everything. */
-static bool is_within(uint32_t window, int32_t error) {
-  return distance_between(error, 0) <= window || window == UINT32_MAX;
-}
+static bool is_within(uint32_t window, int32_t error) { return distance_between(error, 0) <= window; }
 
 /* 60F4 and its window: the status bit (window left for longer than 6066) and the fault. */
 static bool monitor_following(drive_axis *axis, drive_objects *objects, const drive_setpoint *setpoint, float dt_s) {

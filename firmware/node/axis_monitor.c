@@ -119,8 +119,10 @@ static void note_commands(axis_monitor *monitor, const servo_board *board, int i
                            .added_nm = axis->added_nm};
 }
 
-/* A loop that feeds back the gyro alone holds the inertial rate: on a turning base the joint's swings are healthy. */
-static bool look_for_oscillation(axis_monitor *monitor, const servo_axis_params *params, bool suspect) {
+/* A loop that feeds back the gyro alone, or what the base's rates add, holds the inertial rate: on a turning base the
+ * joint's swings are healthy. */
+static bool look_for_oscillation(axis_monitor *monitor, const servo_axis_params *params, float carried_rad_s,
+                                 bool suspect) {
   const bool rate_from_gyro = params->speed.rate_fusion.source == RATE_FROM_GYRO;
   const oscillation_params plant = {.inertia_kg_m2 = params->plant_inertia_kg_m2,
                                     .friction_nm = scalar_min(friction_nm(params), 0.3f * monitor->torque_nm),
@@ -130,6 +132,7 @@ static bool look_for_oscillation(axis_monitor *monitor, const servo_axis_params 
   in.closed = monitor->seen.speed_closed && monitor->seen.angle_valid;
   const bool inertial = rate_from_gyro && monitor->seen.gyro_valid;
   in.rate_rad_s = inertial ? monitor->state.last_inertial_rad_s : monitor->state.last_step_rad / SERVO_TICK_S;
+  in.rate_rad_s += carried_rad_s;
   return oscillation_step(&monitor->swings, &plant, &in, SERVO_TICK_S);
 }
 
@@ -328,7 +331,8 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
   const protection_motor motor = motor_of(params);
   const fault_set found =
       axis_protection_judge(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
-  monitor->oscillates = look_for_oscillation(monitor, params, setting->new_gains);
+  monitor->oscillates =
+      look_for_oscillation(monitor, params, board->app.axis[axis].speed.carried_rad_s, setting->new_gains);
   monitor->may_shake = setting->new_gains && oscillation_may_begin(&monitor->swings);
   monitor->judged = without_current(monitor, found) | judge_slowly(monitor, command, axis, setting);
   note_commands(monitor, board, axis, setting->motion);

@@ -54,6 +54,11 @@ enum {
 /* Returns the fastest rate that is allowed now in this direction, -1 or 1. */
 float axis_monitor_fastest_rad_s(const axis_monitor *monitor, float direction);
 
+/* Returns whether it is declared that the base does not move (2060:27). */
+static inline bool axis_monitor_base_is_fixed(const axis_monitor *monitor) {
+  return monitor->limits.fixed_base_rad > 0.0f;
+}
+
 /* Forgets detected faults; the limits stay. */
 void axis_monitor_reset(axis_monitor *monitor);
 

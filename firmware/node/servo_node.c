@@ -252,6 +252,7 @@ static void limit_motion(servo_node *node) {
   const int i = (int)(turn % SERVO_AXES);
   servo_node_axis *axis = &node->axis[i];
   if (turn < SERVO_AXES) {
+    moving_base_aim(&node->base, &node->board.app, &node->board.samples, i, axis_monitor_base_is_fixed(&axis->monitor));
     axis_monitor_distrust(&axis->monitor, &axis->drive);
     axis_monitor_locate(&axis->monitor, &axis->drive);
     return;
@@ -300,6 +301,7 @@ void servo_node_serve(servo_node *node) {
   }
   canopen_node_serve(&node->canopen);
   supervise_master(node);
+  moving_base_step(&node->base, &node->board.app, node->objects.ticks);
   limit_motion(node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];

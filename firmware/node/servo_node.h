@@ -18,6 +18,7 @@
 #include "node/experiment_objects.h"
 #include "node/fault_reports.h"
 #include "node/guarded_sets.h"
+#include "node/moving_base.h"
 #include "node/objects/board_objects.h"
 #include "node/objects/bus_objects.h"
 #include "node/objects/clock_objects.h"
@@ -76,6 +77,7 @@ typedef struct {
   master_objects master;      /* 0x3040, 0x3041 */
   target_tracking tracking;   /* 0x3070 .. 0x3075 */
   bool camera_is_stale;       /* reported as such */
+  moving_base base;           /* 0x3076 .. 0x3078 */
   clock_objects clock;        /* 0x1013 */
   master_owner master_part;
   bool cob_ids_collide; /* the stored ones did at the last reset: the defaults are in force */

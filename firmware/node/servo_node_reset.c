@@ -81,6 +81,7 @@ bool servo_node_reset(void *context, bool whole_node, uint32_t step) {
   }
   if (whole_node) {
     tracking_forget(&node->tracking);
+    moving_base_forget(&node->base);
   }
   node->camera_is_stale = false;
   servo_node_report_stored(node);

@@ -130,6 +130,11 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .values = &node->tracking.objects,
                              .owner = &node->tracking,
                              .hooks = &tracking_hooks};
+  parts[count++] = (od_part){.table = base_objects_table,
+                             .prefix = "",
+                             .values = &node->base.objects,
+                             .owner = &node->base,
+                             .hooks = &moving_base_hooks};
   parts[count++] = (od_part){.table = clock_objects_table,
                              .prefix = "",
                              .values = &node->clock,

@@ -16,6 +16,7 @@ static persisted_objects *in_force(servo_node *node) {
   kept->scales = node->scales;
   kept->master = node->master;
   kept->camera = node->tracking.objects;
+  kept->base = node->base.objects;
   return kept;
 }
 
@@ -111,6 +112,7 @@ void servo_node_take_shared(servo_node *node, const persisted_objects *from) {
   guarded_sets_take_scales(&node->guarded);
   od_copy_stored(&master_objects_table, &from->master, &node->master);
   od_copy_stored(&camera_objects_table, &from->camera, &node->tracking.objects);
+  od_copy_stored(&base_objects_table, &from->base, &node->base.objects);
 }
 
 /* They have been checked. */

@@ -126,11 +126,10 @@ static joint_frame joints_of(const servo_board *board, const pointing_frame *fra
   if (!frame->fresh || changes) {
     return (joint_frame){0};
   }
-  const rotation pitch = rotation_of(board->samples.axis[SERVO_PITCH].sensors.joint_angle_turn32);
   return (joint_frame){.fresh = true,
                        .valid = frame->valid,
                        .age_ticks = frame->age_ticks,
-                       .error_rad = line_of_sight_joint_errors(pitch, frame->error)};
+                       .error_rad = line_of_sight_joint_errors(board->samples.pitch, frame->error)};
 }
 
 /* The azimuth's loop decides; each joint keeps its own rate limit. 2056 is the azimuth's inertia at pitch 0. */
@@ -367,7 +366,7 @@ static joint_vector rate_limit_of(const target_tracking *self) {
     return self->rate_rad_s;
   }
   const float limit_rad_s = self->orientation.rate_limit_rad_s;
-  const float cosine = scalar_max(scalar_abs(rotation_cosine(self->motion.pitch_angle)), POINTING_ZENITH_COSINE);
+  const float cosine = scalar_max(scalar_abs(self->motion.pitch.cosine), POINTING_ZENITH_COSINE);
   return (joint_vector){.azimuth = scalar_min(self->rate_rad_s.azimuth, limit_rad_s / cosine),
                         .pitch = scalar_min(self->rate_rad_s.pitch, limit_rad_s)};
 }

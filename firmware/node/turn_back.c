@@ -73,7 +73,7 @@ static void turn(turn_back *self, pointing *line_of_sight, const pointing_motion
   const float pitch_rad = target.pitch.angle_rad - inputs->joint_rad.pitch;
   pointing_look_away(line_of_sight);
   if (scalar_within(azimuth_rad, TURN_BACK_NEAR_RAD)) {
-    const pointing_target expected = target_path_seen(&target, azimuth_rad, rotation_of(motion->pitch_angle));
+    const pointing_target expected = target_path_seen(&target, azimuth_rad, motion->pitch);
     self->running = false;
     self->follows = false;
     self->expected = (pointing_output){0};

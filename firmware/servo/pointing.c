@@ -40,7 +40,7 @@ void pointing_look_away(pointing *self) {
 
 pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *samples) {
   return (pointing_motion){
-      .pitch_angle = samples->axis[SERVO_PITCH].sensors.joint_angle_turn32,
+      .pitch = samples->pitch,
       .inertial_rad_s = {.azimuth = app->axis[SERVO_AZIMUTH].signals.rates.rate_rad_s,
                          .pitch = app->axis[SERVO_PITCH].signals.rates.rate_rad_s},
   };
@@ -49,7 +49,7 @@ pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *sa
 pointing_output pointing_step(pointing *self, const pointing_frame *frame, const pointing_motion *motion,
                               float tick_s) {
   const pointing_params *params = &self->params;
-  const rotation pitch = rotation_of(motion->pitch_angle);
+  const rotation pitch = motion->pitch;
   const line_of_sight_rates los =
       line_of_sight_of_joints(pitch, motion->inertial_rad_s.azimuth, motion->inertial_rad_s.pitch);
   pointing_frame known = *frame;

@@ -40,7 +40,7 @@ typedef struct {
 
 /* Of the line of sight. */
 typedef struct {
-  angle_turn32 pitch_angle;    /* joint angle, now */
+  rotation pitch;              /* of its joint angle, now */
   joint_vector inertial_rad_s; /* measured rates about the azimuth's and the pitch's axis */
 } pointing_motion;
 

@@ -1,14 +1,12 @@
 #include "servo/servo_app.h"
 
-#include "base/rotation.h"
 #include "base/scalar.h"
 
-speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, angle_turn32 pitch) {
+speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, float pitch_cosine) {
   const float least = speed_loop_inertia_share(azimuth->min_inertia_kg_m2, azimuth->plant_inertia_kg_m2);
-  const float cosine = rotation_cosine(pitch);
   return (speed_loop_pose){
-      .inertia_share = scalar_min(least + (1.0f - least) * cosine * cosine, 1.0f),
-      .gyro_share = azimuth->gyro == GYRO_ON_LINE_OF_SIGHT ? cosine : 1.0f,
+      .inertia_share = scalar_min(least + (1.0f - least) * pitch_cosine * pitch_cosine, 1.0f),
+      .gyro_share = azimuth->gyro == GYRO_ON_LINE_OF_SIGHT ? pitch_cosine : 1.0f,
       .gyro_below = azimuth->gyro == GYRO_BELOW_JOINT,
   };
 }
@@ -28,20 +26,18 @@ control_status servo_app_configure(servo_app *app, const servo_params *params, c
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_reset(&app->axis[i], &params->axis[i], samples->axis[i].sensors.joint_angle_turn32, SERVO_TICK_S);
   }
-  app->axis[SERVO_AZIMUTH].pose =
-      servo_azimuth_pose(&params->axis[SERVO_AZIMUTH], samples->axis[SERVO_PITCH].sensors.joint_angle_turn32);
+  app->axis[SERVO_AZIMUTH].pose = servo_azimuth_pose(&params->axis[SERVO_AZIMUTH], samples->pitch.cosine);
   pose_pitch(app);
   return CONTROL_OK;
 }
 
 static void pose_azimuth(servo_app *app, const servo_samples *samples) {
-  const hal_axis_samples *pitch = &samples->axis[SERVO_PITCH].sensors;
-  if (pitch->encoder_failed) {
+  if (samples->axis[SERVO_PITCH].sensors.encoder_failed) {
     return;
   }
   speed_loop_pose *pose = &app->axis[SERVO_AZIMUTH].pose;
   const float before = pose->inertia_share;
-  *pose = servo_azimuth_pose(&app->params.axis[SERVO_AZIMUTH], pitch->joint_angle_turn32);
+  *pose = servo_azimuth_pose(&app->params.axis[SERVO_AZIMUTH], samples->pitch.cosine);
   pose->inertia_share = scalar_clamp(pose->inertia_share, before - SERVO_SHARE_STEP, before + SERVO_SHARE_STEP);
 }
 

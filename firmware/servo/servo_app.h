@@ -5,6 +5,7 @@
 #ifndef TRACKSERVO_SERVO_SERVO_APP_H
 #define TRACKSERVO_SERVO_SERVO_APP_H
 
+#include "base/rotation.h"
 #include "servo/servo_axis.h"
 #include "servo/servo_timing.h"
 
@@ -17,7 +18,13 @@ typedef struct {
 typedef struct {
   servo_axis_samples axis[SERVO_AXES];
   float bus_voltage_v; /* for drive and protection; no control law of the tick uses it */
+  rotation pitch;      /* of the pitch's angle: servo_samples_complete */
 } servo_samples;
+
+/* Computes what several readers need of the samples. Call when the sensors of both axes have been read. */
+static inline void servo_samples_complete(servo_samples *samples) {
+  samples->pitch = rotation_of(samples->axis[SERVO_PITCH].sensors.joint_angle_turn32);
+}
 
 typedef struct {
   servo_axis_command axis[SERVO_AXES];
@@ -29,9 +36,9 @@ typedef struct {
 } servo_app;
 
 /* Returns the share of its largest inertia that the azimuth's motor turns, J0 + J1 cos^2(pitch) over J0 + J1, and what
- * of its rate its gyro measures. The share of inertia is 1 when the smallest inertia is not below the
- * largest one. */
-speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, angle_turn32 pitch);
+ * of its rate its gyro measures, at this cosine of the pitch. The share of inertia is 1 when the smallest inertia is
+ * not below the largest one. */
+speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, float pitch_cosine);
 
 /* Largest change of the inertia's share in a tick, so that one wrong angle of the pitch does no harm: at 10 rad/s the
  * share of a J1 as large as J0 changes by half of it. */

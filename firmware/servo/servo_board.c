@@ -5,6 +5,7 @@ static void read_samples(hal *machine, servo_samples *samples) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     hal_sample(machine, i, &samples->axis[i].sensors);
   }
+  servo_samples_complete(samples);
 }
 
 control_status servo_board_start(servo_board *board, hal *machine, const servo_params *params) {

@@ -138,6 +138,12 @@ void add_serve(CLI::App& app, int& code, const std::vector<std::string>& argumen
       ->check(speed(serve_board != nullptr))
       ->capture_default_str();
   add_target(*command, outputs, serving->target);
+  command
+      ->add_option(
+          "--base-sensor", serving->options.base_sensor_cob_id,
+          "identifier of the messages of an inertial sensor on the plant's base (3076), 100 a second; counts up "
+          "from node to node")
+      ->check(CLI::Range(0x181, 0x57F));
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, kUntilStdinEndsHelp);
   command->callback([serving, outputs, &code, &arguments, &serve_board] {
     for (int i = 1; i < serving->options.nodes; ++i) {

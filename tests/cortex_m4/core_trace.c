@@ -78,6 +78,8 @@ void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples) {
     FLOAT(axis->mean_current_a);
   }
   FLOAT(samples->bus_voltage_v);
+  FLOAT(samples->pitch.sine);
+  FLOAT(samples->pitch.cosine);
 }
 
 void trace_visit_period(const trace_visitor *visitor, trace_period *period) {

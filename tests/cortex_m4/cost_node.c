@@ -4,9 +4,9 @@
  *
  * Both axes turn a bare inertia with Coulomb friction. In every tick, the frames that 1 Mbit/s can carry in a
  * millisecond: SYNC, all four RPDOs, all four TPDOs, an SDO request and its answer (1061 bits without stuffing). The
- * scope records 8 signals, a frame every tick. The count has their work with received and sent frames already in
- * memory. It has neither a board's drivers nor the interrupt that puts a frame into the queue. (On the board most
- * frames are taken before the tick; here all of them within it.) */
+ * scope records 8 signals, a frame every tick, and the base's rates are in use. The count has their work with received
+ * and sent frames already in memory. It has neither a board's drivers nor the interrupt that puts a frame into the
+ * queue. (On the board most frames are taken before the tick; here all of them within it.) */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -176,6 +176,16 @@ static void receive_picture(uint8_t counter, target_course course) {
   receive(0x500 + NODE_ID, sizeof picture, picture);
 }
 
+static bool set(uint16_t index, uint8_t sub, uint32_t value, uint16_t bytes) {
+  od_object object;
+  const bool set_now = od_find(servo_node_dictionary(&b.node), index, sub, &object) == OD_OK &&
+                       od_write(&object, (const uint8_t *)&value, bytes) == OD_OK;
+  if (!set_now) {
+    printf("%04x:%02x is not set\n", index, sub);
+  }
+  return set_now;
+}
+
 static void full_bus(uint16_t controlword, int8_t mode, int32_t velocity, int32_t position, target_course course) {
   const uint8_t drive[] = {(uint8_t)controlword, (uint8_t)(controlword >> 8), (uint8_t)mode};
   const uint8_t upload_of_position[8] = {0x40, 0x64, 0x68, 0x00};
@@ -189,16 +199,8 @@ static void full_bus(uint16_t controlword, int8_t mode, int32_t velocity, int32_
   }
   receive(0x600 + NODE_ID, sizeof upload_of_position, upload_of_position);
   receive(0x080, 0, "");
-}
-
-static bool set(uint16_t index, uint8_t sub, uint32_t value, uint16_t bytes) {
-  od_object object;
-  const bool set_now = od_find(servo_node_dictionary(&b.node), index, sub, &object) == OD_OK &&
-                       od_write(&object, (const uint8_t *)&value, bytes) == OD_OK;
-  if (!set_now) {
-    printf("%04x:%02x is not set\n", index, sub);
-  }
-  return set_now;
+  (void)set(0x3076, 1, 500, 2);
+  (void)set(0x3076, 4, (uint8_t)b.tick, 1);
 }
 
 static bool map_picture(void) {
@@ -240,6 +242,7 @@ static bool start(bool tracks, bool streams, target_course course) {
     od_restore_defaults(&limits_part, NODE_ID);
     limits[i] = objects.written;
     limits[i].stuck_s = 0.0f;
+    limits[i].fixed_base_rad = 0.0f;
     /* Just less than two possible turns, and an end of the travel that is soon reached. */
     const bool turns = course == GOES_ROUND && i == SERVO_AZIMUTH;
     limits[i].minimum_rad = turns ? -6.18f : -3.0f;
@@ -250,6 +253,7 @@ static bool start(bool tracks, bool streams, target_course course) {
   for (uint16_t n = 0; n < RPDO_COUNT; ++n) {
     good = good && set((uint16_t)(0x1400 + n), 2, 1, 1) && set((uint16_t)(0x1800 + n), 2, 1, 1);
   }
+  good = good && set(0x3077, 1, 1, 1);
   good = good && (!tracks || map_picture()) && (!streams || stream());
   good = good && set(0x3000, 9, 8, 1) && set(0x3000, 5, 6, 1) && set(0x3000, 1, 1, 1); /* waits for a fault */
   servo_node_tick(&b.node);

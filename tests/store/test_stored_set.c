@@ -445,6 +445,7 @@ static uint32_t rows_in_force(parameter_row *rows) {
                                   .scales = node.scales,
                                   .master = node.master,
                                   .camera = node.tracking.objects,
+                                  .base = node.base.objects,
                                   .communication = node.canopen.objects,
                                   .bus = canopen_node_settings(&node.canopen)};
   persisted_objects copy = kept;

@@ -775,7 +775,6 @@ static void test_a_consumer_tells_what_each_heartbeat_means(void) {
   heartbeat_consumer_reset(&consumer);
   for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
     TEST_ASSERT_EQUAL(rows[i].news, heartbeat_consumer_hear(&consumer, rows[i].remote_state));
-    TEST_ASSERT_EQUAL_HEX8(rows[i].remote_state, consumer.remote_state);
   }
 }
 

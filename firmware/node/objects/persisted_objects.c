@@ -6,6 +6,7 @@
 #include "drive/drive_state.h"
 #include "drive/homing.h"
 #include "drive/setpoint_queue.h"
+#include "node/objects/base_objects.h"
 #include "node/objects/board_objects.h"
 #include "node/objects/camera_objects.h"
 #include "node/objects/device_dictionary.h"
@@ -15,7 +16,7 @@
 #include "parameters/axis_dictionary.h"
 #include "parameters/axis_tuning.h"
 
-enum { FIRST_APPLICATION_INDEX = 0x2000, BUS_INDEX = 0x3050, ACCESS_INDEX = 0x3042, TABLES = 7 + 3 * SERVO_AXES };
+enum { FIRST_APPLICATION_INDEX = 0x2000, BUS_INDEX = 0x3050, ACCESS_INDEX = 0x3042, TABLES = 8 + 3 * SERVO_AXES };
 
 _Static_assert(offsetof(axis_tuning, staged) == 0,
                "rows of gains are read in an axis_parameters, not in its axis_tuning");
@@ -73,6 +74,7 @@ void persisted_objects_copy(persisted_objects *to, const persisted_objects *from
     to->scales = from->scales;
     od_copy_stored(&master_objects_table, &from->master, &to->master);
     od_copy_stored(&camera_objects_table, &from->camera, &to->camera);
+    od_copy_stored(&base_objects_table, &from->base, &to->base);
   }
 }
 
@@ -84,7 +86,8 @@ bool persisted_objects_are_same(const persisted_objects *kept, const persisted_o
   same = same && ((groups & PERSISTED_APPLICATION) == 0 ||
                   (od_same_stored(&board_objects_table, &kept->scales, &other->scales) &&
                    od_same_stored(&master_objects_table, &kept->master, &other->master) &&
-                   od_same_stored(&camera_objects_table, &kept->camera, &other->camera)));
+                   od_same_stored(&camera_objects_table, &kept->camera, &other->camera) &&
+                   od_same_stored(&base_objects_table, &kept->base, &other->base)));
   for (int i = 0; i < SERVO_AXES && (groups & PERSISTED_APPLICATION) != 0; ++i) {
     same = same && od_same_stored(&axis_parameters_table, &kept->parameters[i], &other->parameters[i]) &&
            od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]) &&
@@ -120,6 +123,7 @@ static object_dictionary view_of(persisted_objects *kept, od_part parts[TABLES])
   parts[count++] = (od_part){.table = board_objects_table, .values = &kept->scales};
   parts[count++] = (od_part){.table = master_objects_table, .values = &kept->master};
   parts[count++] = (od_part){.table = camera_objects_table, .values = &kept->camera};
+  parts[count++] = (od_part){.table = base_objects_table, .values = &kept->base};
   parts[count++] = (od_part){.table = access_table, .values = kept};
   return (object_dictionary){.parts = parts, .count = count};
 }

@@ -9,6 +9,7 @@
 #include "canopen/communication_profile.h"
 #include "drive/drive_objects.h"
 #include "hal.h"
+#include "node/objects/base_objects.h"
 #include "node/objects/camera_objects.h"
 #include "node/objects/master_objects.h"
 #include "parameters/axis_parameters.h"
@@ -28,6 +29,7 @@ typedef struct {
   hal_scales scales;
   master_objects master;
   camera_objects camera;
+  base_objects base;
   communication_objects communication;
   uint32_t access_hash[2]; /* of the owner's word, low word first; 0: none */
   bus_settings bus;        /* node id and bit rate to which the defaults in `communication` belong: persisted with it */

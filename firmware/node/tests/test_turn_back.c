@@ -39,7 +39,7 @@ static void step(bool allowed, bool seen, joint_vector target_rad) {
       .joint_rad = joint_rad,
       .error_rad = {target_rad.azimuth - joint_rad.azimuth, target_rad.pitch - joint_rad.pitch},
       .limits = &limits};
-  motion.pitch_angle = (angle_turn32)angle_integer(joint_rad.pitch / ANGLE_RAD_PER_TURN32);
+  motion.pitch = rotation_of((angle_turn32)angle_integer(joint_rad.pitch / ANGLE_RAD_PER_TURN32));
   turn_back_step(&turn, &line_of_sight, &motion, &inputs);
   ++tick;
 }

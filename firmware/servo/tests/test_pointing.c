@@ -56,7 +56,7 @@ static image_vector aligned(image_vector measured) {
 static void test_a_turned_camera_with_a_boresight_offset_gives_the_errors_of_the_joints(void) {
   pointing p = configured();
   const double pitch_rad = 80.0 * DEG;
-  const pointing_motion rest = {.pitch_angle = turn32(pitch_rad)};
+  const pointing_motion rest = {.pitch = rotation_of(turn32(pitch_rad))};
   const pointing_frame frame = {
       .fresh = true, .valid = true, .error = aligned(seen(0.0, pitch_rad, 10e-3, pitch_rad + 2e-3))};
   const pointing_output out = pointing_step(&p, &frame, &rest, SERVO_TICK_S);
@@ -97,7 +97,7 @@ static double track(pass *p) {
                                 .valid = true,
                                 .age_ticks = DELAY_TICKS,
                                 .error = aligned(p->pipeline[(p->tick + 1) % (DELAY_TICKS + 1)])};
-  const pointing_motion motion = {.pitch_angle = turn32(p->pitch_rad),
+  const pointing_motion motion = {.pitch = rotation_of(turn32(p->pitch_rad)),
                                   .inertial_rad_s = {(float)p->azimuth_rad_s, (float)p->pitch_rad_s}};
   p->out = pointing_step(&p->pointing, &frame, &motion, SERVO_TICK_S);
   p->azimuth_rad_s = (double)p->out.reference[SERVO_AZIMUTH].rate_rad_s;
@@ -172,7 +172,7 @@ static void test_the_torques_are_what_the_speed_loops_do_not_feed_forward(void) 
     params.fed_forward_kg_m2 = (joint_vector){(float)rows[i].fed_forward_kg_m2[0], (float)rows[i].fed_forward_kg_m2[1]};
     CHECK_STATUS(CONTROL_OK, pointing_configure(&p, &params));
     const double pitch_rad = 0.6;
-    const pointing_motion motion = {.pitch_angle = turn32(pitch_rad)};
+    const pointing_motion motion = {.pitch = rotation_of(turn32(pitch_rad))};
     const pointing_frame none = {.fresh = false};
     const pointing_target target = {.rate_rad_s = {0.3f, -0.2f}, .acceleration_rad_s2 = {0.5f, -0.7f}};
     pointing_tracker_assume(&p.tracker, &target);
@@ -195,7 +195,7 @@ static void test_the_torques_are_what_the_speed_loops_do_not_feed_forward(void) 
 
 static void test_a_frame_from_before_the_reset_does_not_count(void) {
   pointing p = configured();
-  const pointing_motion rest = {.pitch_angle = turn32(0.5)};
+  const pointing_motion rest = {.pitch = rotation_of(turn32(0.5))};
   const pointing_frame none = {.fresh = false};
   const pointing_frame frame = {.fresh = true, .valid = true, .age_ticks = 5, .error = {1e-3f, 1e-3f}};
   for (int i = 0; i < 4; ++i) {
@@ -218,12 +218,14 @@ static void test_a_frame_from_before_the_reset_does_not_count(void) {
 
 static void test_it_reads_the_samples_of_its_axes(void) {
   servo_samples samples = {0};
-  samples.axis[SERVO_PITCH].sensors.joint_angle_turn32 = 7u;
+  samples.axis[SERVO_PITCH].sensors.joint_angle_turn32 = turn32(0.5);
+  servo_samples_complete(&samples);
   static servo_app app;
   app.axis[SERVO_AZIMUTH].signals.rates.rate_rad_s = 0.25f;
   app.axis[SERVO_PITCH].signals.rates.rate_rad_s = -0.5f;
   const pointing_motion motion = pointing_motion_of(&app, &samples);
-  TEST_ASSERT_EQUAL_UINT32(7u, motion.pitch_angle);
+  CHECK_NEAR("sine", sin(0.5), motion.pitch.sine, 1e-6);
+  CHECK_NEAR("cosine", cos(0.5), motion.pitch.cosine, 1e-6);
   CHECK_SAME("azimuth", 0.25, motion.inertial_rad_s.azimuth);
   CHECK_SAME("pitch", -0.5, motion.inertial_rad_s.pitch);
 }

@@ -27,7 +27,7 @@ static void test_the_share_of_the_inertia_is_that_of_j0_and_j1(void) {
   const servo_axis_params params = azimuth(6.0f, 3.0f, GYRO_ON_AXIS);
   for (double pitch = -100.0; pitch <= 180.0; pitch += 2.5) {
     const double cosine = cos(pitch * DEG);
-    const speed_loop_pose pose = servo_azimuth_pose(&params, turn32(pitch * DEG));
+    const speed_loop_pose pose = servo_azimuth_pose(&params, rotation_cosine(turn32(pitch * DEG)));
     CHECK_NEAR("share", (3.0 + 3.0 * cosine * cosine) / 6.0, pose.inertia_share, 2e-7);
     CHECK_SAME("gyro", 1.0, pose.gyro_share);
   }
@@ -36,16 +36,17 @@ static void test_the_share_of_the_inertia_is_that_of_j0_and_j1(void) {
 static void test_a_gyro_on_the_line_of_sight_measures_the_cosine_of_the_pitch(void) {
   const servo_axis_params params = azimuth(6.0f, 3.0f, GYRO_ON_LINE_OF_SIGHT);
   for (double pitch = -100.0; pitch <= 180.0; pitch += 2.5) {
-    CHECK_NEAR("gyro", cos(pitch * DEG), servo_azimuth_pose(&params, turn32(pitch * DEG)).gyro_share, 2e-7);
+    CHECK_NEAR("gyro", cos(pitch * DEG), servo_azimuth_pose(&params, rotation_cosine(turn32(pitch * DEG))).gyro_share,
+               2e-7);
   }
 }
 
 /* Never a gain of zero, never one above the parameters. */
 static void test_an_inertia_that_makes_no_sense_changes_little_or_nothing(void) {
   const servo_axis_params growing = azimuth(3.0f, 6.0f, GYRO_ON_AXIS);
-  CHECK_SAME("grows", 1.0, servo_azimuth_pose(&growing, turn32(90.0 * DEG)).inertia_share);
+  CHECK_SAME("grows", 1.0, servo_azimuth_pose(&growing, rotation_cosine(turn32(90.0 * DEG))).inertia_share);
   const servo_axis_params vanishing = azimuth(1e5f, 1e-9f, GYRO_ON_AXIS);
-  CHECK_NEAR("vanishes", 1e-3, servo_azimuth_pose(&vanishing, turn32(90.0 * DEG)).inertia_share, 1e-6);
+  CHECK_NEAR("vanishes", 1e-3, servo_azimuth_pose(&vanishing, rotation_cosine(turn32(90.0 * DEG))).inertia_share, 1e-6);
 }
 
 /* --- in the tick -------------------------------------------------------------------------------------------------- */
@@ -59,6 +60,7 @@ static void start_at(double pitch_deg) {
   samples = (servo_samples){.bus_voltage_v = 48.0f};
   command = (servo_command){0};
   samples.axis[SERVO_PITCH].sensors.joint_angle_turn32 = turn32(pitch_deg * DEG);
+  servo_samples_complete(&samples);
   CHECK_STATUS(CONTROL_OK, servo_app_configure(&app, &params, &samples));
 }
 
@@ -68,6 +70,7 @@ static void test_a_gyro_below_its_joint_is_one_in_both_axes(void) {
   for (int i = 0; i < 3; ++i) {
     servo_params params = {.axis = {azimuth(6.0f, 3.0f, mountings[i]), azimuth(2.5f, 1.0f, mountings[i])}};
     samples = (servo_samples){.bus_voltage_v = 48.0f};
+    servo_samples_complete(&samples);
     CHECK_STATUS(CONTROL_OK, servo_app_configure(&app, &params, &samples));
     TEST_ASSERT_EQUAL(mountings[i] == GYRO_BELOW_JOINT, app.axis[SERVO_PITCH].pose.gyro_below);
     servo_app_tick(&app, &command, &samples);
@@ -84,6 +87,7 @@ static void test_a_gyro_below_its_joint_is_one_in_both_axes(void) {
 
 static double share_after(double pitch_deg) {
   samples.axis[SERVO_PITCH].sensors.joint_angle_turn32 = turn32(pitch_deg * DEG);
+  servo_samples_complete(&samples);
   servo_app_tick(&app, &command, &samples);
   return (double)app.axis[SERVO_AZIMUTH].speed.pose.inertia_share;
 }

@@ -37,6 +37,7 @@ servo_samples samples_at(int tick) {
     axis.sensors.gyro_rad_s = 0.0035F + 1e-5F * static_cast<float>(tick % 5);
     axis.sensors.gyro_valid = true;
   }
+  servo_samples_complete(&samples);
   return samples;
 }
 

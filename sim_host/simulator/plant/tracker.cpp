@@ -104,6 +104,7 @@ TruthState Tracker::truth() const {
   truth.bus_voltage_v = bus_.voltage_v();
   const BaseState base = base_motion_.at(truth.time_s);
   truth.base = base.attitude;
+  truth.base_turns_rad_s = base.rate_rad_s;
   for (std::size_t i = 0; i < kAxes; ++i) {
     const Axis& axis = axis_[i];
     truth.joint_angle_rad[i] = joints_.angle_rad()[i];

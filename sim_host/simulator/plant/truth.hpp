@@ -29,8 +29,9 @@ struct TruthState {
   std::array<double, kAxes> load_torque_nm{};      // wind + cable + imbalance + coupling + end stop, same sign
   std::array<double, kAxes> end_stop_torque_nm{};  // its share of load_torque_nm
   std::array<double, kAxes> current_a{};
-  Eigen::Matrix3d base = Eigen::Matrix3d::Identity();  // from the turned base's frame to the ground's
-  std::array<double, kAxes> line_of_sight_rad_s{};     // inertial rates along cross-elevation and elevation
+  Eigen::Matrix3d base = Eigen::Matrix3d::Identity();          // from the turned base's frame to the ground's
+  Eigen::Vector3d base_turns_rad_s = Eigen::Vector3d::Zero();  // in that frame; without the sway of a mast
+  std::array<double, kAxes> line_of_sight_rad_s{};             // inertial rates along cross-elevation and elevation
   double bus_voltage_v = 0;
 };
 

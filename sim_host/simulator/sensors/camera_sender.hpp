@@ -5,11 +5,11 @@
 #ifndef TRACKSERVO_SIM_SENSORS_CAMERA_SENDER_HPP
 #define TRACKSERVO_SIM_SENSORS_CAMERA_SENDER_HPP
 
-#include <array>
 #include <cstdint>
-#include <utility>
+#include <vector>
 
 #include "sensors/camera.hpp"
+#include "sensors/sender_mapping.hpp"
 
 extern "C" {
 #include "base/can_frame.h"
@@ -30,14 +30,8 @@ class CameraSender {
   std::uint8_t counter_ = 0;
 };
 
-// What a master writes to node `node_id` so that RPDO `number` (1 to 4) takes these frames: objects, sub-indices,
-// values.
-struct ObjectWrite {
-  std::uint16_t index;
-  std::uint8_t sub;
-  std::uint32_t value;
-};
-std::array<ObjectWrite, 9> camera_mapping(int number, std::uint32_t cob_id);
+// What a master writes so that RPDO `number` (1 to 4) takes these frames.
+std::vector<ObjectWrite> camera_mapping(int number, std::uint32_t cob_id);
 
 }  // namespace trackservo::sim
 

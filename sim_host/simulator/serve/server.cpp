@@ -19,6 +19,7 @@
 #include "bus/socketcan.hpp"
 #include "bus/virtual_bus.hpp"
 #include "device/simulated_device.hpp"
+#include "sensors/base_sensor.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -140,7 +141,13 @@ class Scenery {
                                                         options.seed + i, bus,
                                                         [device = devices[i]] { device->strobe(); }));
     }
+    for (std::size_t i = 0; i < devices.size() && options.base_sensor_cob_id; ++i) {
+      base_sensors_.emplace_back(*options.base_sensor_cob_id + static_cast<std::uint32_t>(i), options.seed + i);
+    }
   }
+  Scenery(const Scenery&) = delete;
+  Scenery& operator=(const Scenery&) = delete;
+  ~Scenery() { bus_.detach(base_port_); }
 
   // The addresses of the pictures, one per device that has them.
   void add_videos(std::vector<std::string>& addresses) const {
@@ -156,6 +163,9 @@ class Scenery {
       devices_[i]->tick();
       if (!targets_.empty()) {
         targets_[i]->tick(devices_[i]->truth(), devices_[i]->tracking());
+      }
+      if (!base_sensors_.empty()) {
+        send_base_rates(i);
       }
     }
   }
@@ -180,6 +190,12 @@ class Scenery {
   }
 
  private:
+  void send_base_rates(std::size_t i) {
+    if (const std::optional<can_frame> rates = base_sensors_[i].look(devices_[i]->truth())) {
+      bus_.send(base_port_, *rates);  // a full queue: the message is lost, as on a wire
+    }
+  }
+
   static TargetOptions target_of(TargetOptions options, int number) {
     options.camera_cob_id += static_cast<std::uint32_t>(number);
     options.truth_csv = file_of_device(options.truth_csv, number);
@@ -190,6 +206,8 @@ class Scenery {
   const std::vector<Device *>& devices_;
   VirtualBus& bus_;
   std::vector<std::unique_ptr<ServedTarget>> targets_;  // one per device, or none at all
+  std::vector<BaseSensor> base_sensors_;                // likewise
+  VirtualBus::Port base_port_ = bus_.attach([](const can_frame&) {});
 };
 
 void run_at_pace(Scenery& scenery, const Ends& ends, const ServeOptions& options, ReadyMonitor& monitor) {

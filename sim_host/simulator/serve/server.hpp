@@ -38,6 +38,7 @@ struct ServeOptions {
   // is late.
   int catch_up_ticks = 20;
   TargetOptions target;
+  std::optional<std::uint32_t> base_sensor_cob_id;  // of the first node, the others count up; none: no such sensor
   bool until_stdin_ends = false;  // end with standard input too: for a parent process that may be killed
 };
 

@@ -133,17 +133,18 @@ std::array<double, kAxes> sigma_by_run(const PlantConfig& plant, const NodeTrack
   return {tracking_sigma_rad(trace, kAzimuth, window), tracking_sigma_rad(trace, kPitch, window)};
 }
 
-PlantConfig moving(PlantConfig plant, const std::vector<BaseSpectrum>& base, std::uint64_t seed) {
-  for (BaseSpectrum band : base) {
+PlantConfig moving(PlantConfig plant, const NodeTrackingCase& tried, std::uint64_t seed) {
+  for (BaseSpectrum band : tried.base) {
     band.seed = static_cast<int>(seed);
     plant.base_spectrum.push_back(band);
   }
   for (DesignConfig& design : plant.design) {
-    design.feedback = FeedbackSource::kGyro;
+    design.feedback = tried.feedback;
   }
   for (AxisConfig& axis : plant.axis) {
     axis.gyro.mounting = GyroMounting::kLineOfSight;
   }
+  plant.axis[kAzimuth].gyro.mounting = tried.azimuth_gyro;
   return plant;
 }
 
@@ -187,7 +188,7 @@ void configure(TrackingNode& tracking, const NodeTrackingCase& tried) {
 NodeTrackingRun flight_of(const NodeSetup& setup, const NodeTrackingCase& tried, std::uint64_t seed) {
   ScenarioConfig scenario = tried.scenario;
   scenario.fly_by.evasion_seed = static_cast<int>(seed);
-  TrackingNode tracking(setup, scenario, seed, tried.loop);
+  TrackingNode tracking(setup, scenario, seed, tried.loop, tried.base_rates);
   configure(tracking, tried);
   bool limited = false;
   NodeTrackingRun run;
@@ -276,11 +277,20 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   cases.push_back(evasive_pass(pass_at(60.0, 500.0, data_dir, predictive)));
   cases.push_back(on_base(fly_by, "on a ship", kShip));
   cases.push_back(on_base(fly_by, "on a vehicle", kVehicle));
+  for (const bool base_rates : {false, true}) {
+    const char *const what = base_rates ? "base rates over CAN" : "no base rates";
+    cases.push_back(on_base(fly_by, fmt::format("on a ship, gyro on the stage, {}", what), kShip));
+    cases.back().azimuth_gyro = GyroMounting::kJoint;
+    cases.back().base_rates = base_rates;
+    cases.push_back(on_base(fly_by, fmt::format("on a ship, no gyro, {}", what), kShip));
+    cases.back().feedback = FeedbackSource::kEncoder;
+    cases.back().base_rates = base_rates;
+  }
   return cases;
 }
 
 NodeTrackingRun run_of(const NodeSetup& still, const NodeTrackingCase& tried, std::uint64_t seed) {
-  const NodeSetup setup = tried.base.empty() ? still : NodeSetup(moving(still.plant, tried.base, seed));
+  const NodeSetup setup = tried.base.empty() ? still : NodeSetup(moving(still.plant, tried, seed));
   NodeTrackingRun run = flight_of(setup, tried, seed);
   run.reference_sigma_rad = sigma_of_reference(setup, tried, seed);
   return run;

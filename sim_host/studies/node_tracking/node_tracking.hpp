@@ -7,7 +7,8 @@
 //   dropout   the fly-by, no frame shows the target from 20 s to 21 s: both axes coast, errors count from 0.5 s after
 //   it
 //   evasion   a pass of a target that accelerates with 5 m/s2, in directions that change at random
-//   ship      the fly-by on a base that moves with a spectrum: of a ship, of a vehicle; gyros on the line of sight
+//   ship      the fly-by on a base that moves with a spectrum: of a ship, of a vehicle; gyros on the line of sight, or
+//             less, and then with and without the base's rates over CAN
 //   delay     the fly-by from twice as far, 90 s; the stated age is 10 ms wrong, and the node corrects it
 #ifndef TRACKSERVO_SIM_STUDIES_NODE_TRACKING_HPP
 #define TRACKSERVO_SIM_STUDIES_NODE_TRACKING_HPP
@@ -51,7 +52,10 @@ struct NodeTrackingCase {
   NodeTrackingGoal goal;
   double count_from_s = 0;  // errors count from here on
   NodeTrackingReference reference = NodeTrackingReference::kNone;
-  std::vector<BaseSpectrum> base;  // added to the plant; the axes are then fed back by their gyros alone
+  std::vector<BaseSpectrum> base;                          // added to the plant
+  FeedbackSource feedback = FeedbackSource::kGyro;         // of both axes, on that base
+  GyroMounting azimuth_gyro = GyroMounting::kLineOfSight;  // likewise
+  bool base_rates = false;                                 // a sensor on the base sends its rates (3076)
   double acceleration_rad_s2 = 0;  // 6083 of both axes from the settling time on; 0: as delivered, from the start
   double misstated_s = 0;          // added to the age of each frame; the node corrects it (3073:1 = 2)
 };

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int8_t kTracking = -1;
 constexpr int kCameraRpdo = 4;
+constexpr int kBaseRpdo = 3;
 constexpr int kTicksToApply = 8;
 
 // Joint angles that look at the beginning of the course, on a base that is not level at time 0.
@@ -60,6 +61,18 @@ target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_k
   return design_controller(plant, controller_spec("pi_vob_ftc"), design).axis[0].tracker;
 }
 
+void use_base_rates(DrivenNode& node) {
+  for (const ObjectWrite& write : base_sensor_mapping(kBaseRpdo, kBaseSensorCobId)) {
+    node.write(kAzimuth, write.index, write.sub, write.value);
+  }
+  node.unlock();
+  for (int axis = 0; axis < kAxes; ++axis) {
+    node.write_real(axis, 0x2060, 27, 0.0);
+  }
+  node.write(kAzimuth, 0x3077, 3, std::lround(kBaseSensorStatedDelay_s / 1e-5));
+  node.write(kAzimuth, 0x3077, 1, 1);
+}
+
 void start_tracking(DrivenNode& node, const target_tracker_params& loop) {
   for (const ObjectWrite& write : camera_mapping(kCameraRpdo, kCameraCobId)) {
     node.write(kAzimuth, write.index, write.sub, write.value);
@@ -75,8 +88,12 @@ void start_tracking(DrivenNode& node, const target_tracker_params& loop) {
 }
 
 TrackingNode::TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenario, std::uint64_t seed,
-                           const target_tracker_params& loop)
+                           const target_tracker_params& loop, bool base_sensor)
     : camera_(scenario, seed), node_(setup, seed, first_joint_angles_rad(setup, scenario)), chance_(seed, "strobe") {
+  if (base_sensor) {
+    use_base_rates(node_);
+    base_sensor_.emplace(kBaseSensorCobId, seed);
+  }
   start_tracking(node_, loop);
 }
 
@@ -99,6 +116,11 @@ void TrackingNode::tick() {
   if (const std::optional<can_frame> frame = camera_.look(node_.machine().truth(), misstated_s_)) {
     if (chance_.uniform() >= disturbance_.lost) {
       node_.receive(*frame);
+    }
+  }
+  if (base_sensor_) {
+    if (const std::optional<can_frame> rates = base_sensor_->look(node_.machine().truth())) {
+      node_.receive(*rates);
     }
   }
   strobe();

@@ -6,9 +6,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "base/random.hpp"
 #include "device/driven_node.hpp"
+#include "sensors/base_sensor.hpp"
 #include "target/target_camera.hpp"
 
 namespace trackservo::sim {
@@ -30,15 +32,19 @@ class ErrorSpread {
 // The tracking loop of the default design for this plant.
 target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_kind kind);
 
+// Base sensor mapped and in use, the base declared to move. Before start_tracking.
+void use_base_rates(DrivenNode& node);
+
 // Camera mapped, loop in force, both axes enabled in mode -1. Throws std::runtime_error when the node refuses.
 void start_tracking(DrivenNode& node, const target_tracker_params& loop);
 
 class TrackingNode {
  public:
   // Enabled, on the first angles of the course; `setup` must exist longer. Throws std::runtime_error when the node
-  // refuses the loop or does not enable its axes.
+  // refuses the loop or does not enable its axes. `base_sensor`: an inertial sensor on the base sends its rates, and
+  // the axes add what their gyros do not see of them.
   TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenario, std::uint64_t seed,
-               const target_tracker_params& loop);
+               const target_tracker_params& loop, bool base_sensor = false);
 
   void tick();
 
@@ -59,6 +65,7 @@ class TrackingNode {
   void strobe();
 
   TargetCamera camera_;
+  std::optional<BaseSensor> base_sensor_;
   DrivenNode node_;
   double misstated_s_ = 0;
   struct Disturbance {

@@ -35,9 +35,9 @@ class StillTarget:
         self.mirrored = False
         """Its x, before it is turned."""
         self.count_rad = 1e-6
-        self.older_s = 0.0
-        """Than it states."""
-        self._past: deque[tuple[float, float, float]] = deque(maxlen=64)
+        self.older_angles = 0
+        """It is older than it states by so many frames of the angles: node time, however slow the device is."""
+        self._past: deque[tuple[float, float]] = deque(maxlen=64)
         self.visible = True
         self.impossible = False
         """Every frame has a quality above 100 %."""
@@ -64,7 +64,7 @@ class StillTarget:
             if message is None or message.arbitration_id != self._positions_id or len(message.data) != 8:
                 continue
             heard_s = time.monotonic()
-            azimuth, pitch = self._at(heard_s, *(counts * 1e-7 for counts in struct.unpack("<ii", message.data)))
+            azimuth, pitch = self._before(*(counts * 1e-7 for counts in struct.unpack("<ii", message.data)))
             if heard_s - sent_s < 0.9 * FRAME_S:
                 continue
             x, y, inside = self._place(azimuth, pitch)
@@ -74,11 +74,10 @@ class StillTarget:
             self._bus.send(can.Message(arbitration_id=self._identifier, data=frame, is_extended_id=False))
             sent_s = heard_s
 
-    def _at(self, now_s: float, azimuth: float, pitch: float) -> tuple[float, float]:
-        """The joint angles `older_s` ago."""
-        self._past.append((now_s, azimuth, pitch))
-        then = min(self._past, key=lambda of: abs(of[0] - (now_s - self.older_s)))
-        return then[1], then[2]
+    def _before(self, azimuth: float, pitch: float) -> tuple[float, float]:
+        """The joint angles `older_angles` frames ago."""
+        self._past.append((azimuth, pitch))
+        return self._past[max(0, len(self._past) - 1 - self.older_angles)]
 
     def _place(self, azimuth: float, pitch: float) -> tuple[int, int, bool]:
         """Counts along rows and columns, and whether the target is in the picture."""
