@@ -9,8 +9,8 @@ constexpr std::uint16_t kMessageObject = 0x3076;
 
 }  // namespace
 
-std::optional<can_frame> BaseSensor::look(const TruthState& truth) {
-  seen_rad_s_[ms_ % seen_rad_s_.size()] = truth.base_turns_rad_s;
+std::optional<can_frame> BaseSensor::look(const Eigen::Vector3d& base_rad_s) {
+  seen_rad_s_[ms_ % seen_rad_s_.size()] = base_rad_s;
   ++ms_;
   if (ms_ < seen_rad_s_.size() || ms_ % kEvery_ms != 0) {
     return std::nullopt;

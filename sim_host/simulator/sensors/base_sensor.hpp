@@ -6,13 +6,14 @@
 #ifndef TRACKSERVO_SIM_SENSORS_BASE_SENSOR_HPP
 #define TRACKSERVO_SIM_SENSORS_BASE_SENSOR_HPP
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "base/random.hpp"
-#include "plant/truth.hpp"
 #include "sensors/sender_mapping.hpp"
 
 namespace trackservo::sim {
@@ -24,8 +25,8 @@ class BaseSensor {
  public:
   BaseSensor(std::uint32_t cob_id, std::uint64_t seed) : cob_id_(cob_id), noise_(seed, "base sensor") {}
 
-  // Once per ms; the message that arrives now, if one does.
-  std::optional<can_frame> look(const TruthState& truth);
+  // Once per ms, with the base's true rates in its own frame; the message that arrives now, if one does.
+  std::optional<can_frame> look(const Eigen::Vector3d& base_rad_s);
 
  private:
   static constexpr std::size_t kDelay_ms = 6;

@@ -191,7 +191,7 @@ class Scenery {
 
  private:
   void send_base_rates(std::size_t i) {
-    if (const std::optional<can_frame> rates = base_sensors_[i].look(devices_[i]->truth())) {
+    if (const std::optional<can_frame> rates = base_sensors_[i].look(devices_[i]->truth().base_turns_rad_s)) {
       bus_.send(base_port_, *rates);  // a full queue: the message is lost, as on a wire
     }
   }

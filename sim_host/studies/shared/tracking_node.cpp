@@ -119,7 +119,7 @@ void TrackingNode::tick() {
     }
   }
   if (base_sensor_) {
-    if (const std::optional<can_frame> rates = base_sensor_->look(node_.machine().truth())) {
+    if (const std::optional<can_frame> rates = base_sensor_->look(node_.machine().truth().base_turns_rad_s)) {
       node_.receive(*rates);
     }
   }
