@@ -185,6 +185,7 @@ def serve(speed: str = "1", *options: str, server: Sequence[str] = ()) -> Iterat
     process.send_signal(signal.SIGCONT)
     process.stdin.close()
     process.wait(timeout=10)
+    process.stdout.close()
 
 
 Serving = Callable[..., contextlib.AbstractContextManager[Served]]
@@ -282,6 +283,7 @@ def test_node(tmp_path: Path) -> Iterator[Bench]:
     yield bench
     process.stdin.close()
     process.wait(timeout=10)
+    process.stdout.close()
 
 
 Eventually = Callable[[Callable[[], bool], float], None]

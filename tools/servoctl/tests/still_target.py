@@ -1,6 +1,6 @@
 """A camera for devices that have none: a client that sends frames of a still target, from the measured joint angles.
 
-It hears the angles in TPDO4 (6064 of both axes every 10 ms), or in another frame that holds them, and sends what a pinhole camera on these joints would see,
+It hears the angles in TPDO4 (6064 of both axes, every 20 ms as delivered), or in another frame that holds them, and sends what a pinhole camera on these joints would see,
 with the age of the angles, as docs/can.md describes.
 """
 

@@ -36,10 +36,10 @@ def point(servo: Bench) -> None:
 
 @pytest.fixture
 def turned(request: pytest.FixtureRequest, servo: Bench) -> Iterator[StillTarget]:
-    """A camera whose picture is turned, mirrored and scaled, and two frames of the angles, 20 ms, older than it states."""
+    """A camera whose picture is turned, mirrored and scaled, and one frame of the angles, 20 ms, older than it states."""
     with StillTarget(servo.bus, int(CAMERA, 16), *PLACE) as target:
         target.roll_deg, target.mirrored, count_urad = request.param
-        target.count_rad, target.older_angles = 1e-6 * count_urad, 2
+        target.count_rad, target.older_angles = 1e-6 * count_urad, 1
         yield target
 
 

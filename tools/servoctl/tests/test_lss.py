@@ -31,6 +31,7 @@ def serve(tmp_path: Path) -> Serve:
         yield Bench(address, tmp_path)
         process.stdin.close()
         assert process.wait(timeout=20) == 0
+        process.stdout.close()
 
     return start
 
