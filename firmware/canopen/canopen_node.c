@@ -350,7 +350,7 @@ static bool is_monitored(const canopen_node *node) {
                               heartbeat_consumer_active(node->objects.heartbeat_consumer[i]));
   }
   for (uint32_t n = 0; n < RPDO_COUNT && nmt_allows_pdo(node->state); n++) {
-    monitored = monitored || rpdo_is_monitored(&node->rpdos[n]);
+    monitored = monitored || (rpdo_is_monitored(&node->rpdos[n]) && node->rpdos[n].speaks);
   }
   return monitored;
 }

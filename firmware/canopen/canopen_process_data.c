@@ -42,7 +42,9 @@ static bool receive_pdos(canopen_node *node, const can_frame *frame) {
     if (frame->id != node->listeners.rpdo[n]) {
       continue;
     }
-    canopen_node_heard(node);
+    if (node->rpdos[n].speaks) {
+      canopen_node_heard(node);
+    }
     if (!rpdo_must_wait(&node->rpdos[n], frame)) {
       receive_pdo(node, &node->rpdos[n], frame);
     } else if (stays_in_queue(node, &node->rpdos[n], frame)) {

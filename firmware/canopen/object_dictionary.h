@@ -171,6 +171,7 @@ struct od_part {
   void *owner;           /* passed to the hooks */
   const od_hooks *hooks; /* NULL: plain storage */
   const void *defaults;  /* values as in the struct, the defaults of what is OD_STORED; NULL: those of the table */
+  bool measures; /* an RPDO writes what a sensor measures: a PDO of such objects alone is no word of the master */
 };
 
 /* Indices in groups of 0x800, the shift between the axes; one bit per part that has objects in the group. */

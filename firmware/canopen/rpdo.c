@@ -13,11 +13,21 @@ void rpdo_reset(rpdo *self) {
   self->refused_object = 0;
 }
 
+static bool speaks(const pdo_map *map) {
+  bool measures = map->count > 0;
+  for (uint32_t i = 0; i < map->count; i++) {
+    const od_part *part = map->item[i].object.part;
+    measures = measures && part != NULL && part->measures;
+  }
+  return !measures;
+}
+
 void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
                     const pdo_mapping *mapping) {
   (void)pdo_resolve(dictionary, PDO_RECEIVE, mapping, &self->map);
   const bool valid = cob_id_is_valid(communication->cob_id);
   self->on = valid && self->map.count > 0;
+  self->speaks = speaks(&self->map);
   self->synchronous = pdo_is_synchronous(communication);
   self->monitored_ms = valid ? communication->event_ms : 0;
   rpdo_reset(self);

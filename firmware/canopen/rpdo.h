@@ -10,7 +10,8 @@
 
 typedef struct {
   pdo_map map;
-  bool on; /* valid, with at least one mapped object */
+  bool on;     /* valid, with at least one mapped object */
+  bool speaks; /* a frame is a word of the master: not all of its objects take what a sensor measures */
   bool synchronous;
   uint16_t monitored_ms; /* maximum silence; 0: not monitored */
   bool heard;            /* silence is monitored from the first frame on */

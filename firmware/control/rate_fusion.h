@@ -14,7 +14,7 @@
 #include "base/status.h"
 
 typedef enum {
-  RATE_FROM_ENCODER = 0, /* no gyro fitted: the base rate is what others know of it */
+  RATE_FROM_ENCODER = 0, /* no gyro fitted: the base rate is taken as 0 */
   RATE_FROM_GYRO,        /* gyro alone */
   RATE_FUSED
 } rate_source;
@@ -36,15 +36,14 @@ typedef struct {
 control_status rate_fusion_check(const rate_fusion_params *params);
 void rate_fusion_reset(rate_fusion_state *state);
 
-/* Computes one tick; ignores `gyro_rad_s` when `gyro_valid` is false. `carried_rad_s`: the base's rate as others know
- * it, for an axis without a gyro; 0 if nobody does. */
+/* Computes one tick; ignores `gyro_rad_s` when `gyro_valid` is false. */
 static inline rate_fusion_output rate_fusion_step(rate_fusion_state *state, const rate_fusion_params *params,
                                                   float gyro_rad_s, bool gyro_valid, float joint_rate_rad_s,
-                                                  float carried_rad_s, float dt_s) {
+                                                  float dt_s) {
   rate_fusion_output out;
+  out.rate_rad_s = joint_rate_rad_s;
+  out.base_rate_rad_s = 0.0f;
   if (params->source == RATE_FROM_ENCODER) {
-    out.rate_rad_s = joint_rate_rad_s + carried_rad_s;
-    out.base_rate_rad_s = carried_rad_s;
     return out;
   }
   if (gyro_valid) {

@@ -89,10 +89,11 @@ speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_para
                                   const speed_loop_samples *samples, float dt_s) {
   const float joint_rate_rad_s =
       rate_estimator_step(&state->rate_estimator, &params->rate_estimator, samples->joint_angle, dt_s);
-  const float carried_rad_s = state->carried_rad_s;
-  const float gyro_rad_s = speed_loop_gyro_rate(&state->gyro, samples->gyro_rad_s, joint_rate_rad_s) + carried_rad_s;
-  const rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, gyro_rad_s,
-                                                    samples->gyro_valid, joint_rate_rad_s, carried_rad_s, dt_s);
+  const float gyro_rad_s = speed_loop_gyro_rate(&state->gyro, samples->gyro_rad_s, joint_rate_rad_s);
+  rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, gyro_rad_s,
+                                              samples->gyro_valid, joint_rate_rad_s, dt_s);
+  fused.rate_rad_s += state->carried_rad_s;
+  fused.base_rate_rad_s += state->carried_rad_s;
   const float notched_rad_s = biquad_step(&state->notch, &params->notch, fused.rate_rad_s);
   return (speed_loop_rates){
       .joint_rate_rad_s = joint_rate_rad_s,
@@ -152,6 +153,9 @@ static speed_loop_output unlimited(speed_loop_state state, const speed_loop_para
 static speed_loop_state carried_over(const speed_loop_state *state, const speed_loop_params *from,
                                      const speed_loop_params *to, const speed_loop_rates *rates, float dt_s) {
   speed_loop_state next = *state;
+  if (from->rate_fusion.source != to->rate_fusion.source) {
+    next.carried_rad_s = 0.0f; /* what the old sensors lacked */
+  }
   friction_feedforward_retune(&next.friction, &from->friction, &to->friction, rates->joint_rate_rad_s);
   const disturbance_observer_params observer = observer_for(to, state->pose.inertia_share);
   disturbance_observer_retune(&next.observer, &observer, rates->feedback_rad_s, dt_s);

@@ -4,15 +4,27 @@
 
 #define SHARE_STEP 0.03125f /* 32 of them: 128 ms */
 
+static void drop(base_objects *objects, base_rates_drop why) {
+  objects->dropped++;
+  objects->last_drop = (uint8_t)why;
+}
+
 static void changed(void *owner, const od_object *object) {
   moving_base *self = owner;
   if (base_objects_hand_over(object)) {
+    if (self->arrived) {
+      drop(&self->objects, BASE_RATES_REPLACED);
+    }
     self->arrived = true;
     self->arrived_tick = self->tick;
+  } else if (base_objects_sets_scale(object)) {
+    base_rates_reset(&self->rates);
   }
 }
 
-static unsigned needed(const od_object *object) { return base_objects_hand_over(object) ? OD_HOOK_CHANGED : 0u; }
+static unsigned needed(const od_object *object) {
+  return base_objects_hand_over(object) || base_objects_sets_scale(object) ? OD_HOOK_CHANGED : 0u;
+}
 
 const od_hooks moving_base_hooks = {.changed = changed, .needed = needed};
 
@@ -37,26 +49,27 @@ static void take(moving_base *self) {
     return;
   }
   self->arrived = false;
-  const base_rates_drop drop = base_rates_take(&self->rates, &objects->params, &objects->message, self->arrived_tick);
-  if (drop == BASE_RATES_TAKEN) {
+  const base_rates_drop verdict =
+      base_rates_take(&self->rates, &objects->params, &objects->message, self->arrived_tick);
+  if (verdict == BASE_RATES_TAKEN) {
     objects->taken++;
   } else {
-    objects->dropped++;
-    objects->last_drop = (uint8_t)drop;
+    drop(objects, verdict);
   }
 }
 
+/* Of both axes: what keeps rates from any of them comes first. */
 static base_rates_state state_of(const moving_base *self, bool fixed) {
   if (self->objects.params.use == 0) {
     return BASE_RATES_OFF;
   }
-  if (fixed) {
-    return BASE_RATES_OF_FIXED_BASE;
-  }
   if (!self->rates.known) {
     return BASE_RATES_AWAITED;
   }
-  return base_rates_are_fresh(&self->rates, &self->objects.params, self->tick) ? BASE_RATES_IN_USE : BASE_RATES_STALE;
+  if (!base_rates_are_fresh(&self->rates, &self->objects.params, self->tick)) {
+    return BASE_RATES_STALE;
+  }
+  return fixed ? BASE_RATES_OF_FIXED_BASE : BASE_RATES_IN_USE;
 }
 
 static float wanted_rad_s(const moving_base *self, const servo_app *app, const servo_samples *samples, int axis) {
@@ -68,24 +81,19 @@ static float wanted_rad_s(const moving_base *self, const servo_app *app, const s
   return base_rates_of_azimuth(&app->params.axis[SERVO_AZIMUTH], rate, psi, samples->pitch);
 }
 
-static void show(base_objects *objects, base_rates_state state, int axis, float added_rad_s) {
-  if (axis == SERVO_AZIMUTH) {
-    objects->state = (uint8_t)state;
-    objects->added_azimuth_rad_s = added_rad_s;
-    return;
-  }
-  objects->state = state == BASE_RATES_OF_FIXED_BASE ? (uint8_t)state : objects->state;
-  objects->added_pitch_rad_s = added_rad_s;
-}
-
-void moving_base_aim(moving_base *self, const servo_app *app, const servo_samples *samples, int axis, bool fixed) {
+void moving_base_aim(moving_base *self, const servo_app *app, const servo_samples *samples,
+                     const moving_base_axis *axis) {
+  const int i = axis->index;
   take(self);
-  const base_rates_state state = state_of(self, fixed);
-  const float change = state == BASE_RATES_IN_USE ? SHARE_STEP : -SHARE_STEP;
-  const float share = scalar_clamp(self->share[axis] + change, 0.0f, 1.0f);
-  const float aim_rad_s = share > 0.0f ? share * wanted_rad_s(self, app, samples, axis) : 0.0f;
-  const float now_rad_s = app->axis[axis].speed.carried_rad_s;
-  self->share[axis] = share;
-  self->step_rad_s[axis] = (aim_rad_s - now_rad_s) / (float)MOVING_BASE_TICKS;
-  show(&self->objects, state, axis, now_rad_s);
+  base_rates_age(&self->rates, &self->objects.params, self->tick);
+  self->fixed[i] = axis->fixed;
+  self->objects.state = (uint8_t)state_of(self, self->fixed[SERVO_AZIMUTH] || self->fixed[SERVO_PITCH]);
+  const bool adds = axis->follows && state_of(self, axis->fixed) == BASE_RATES_IN_USE;
+  const float share = scalar_clamp(self->share[i] + (adds ? SHARE_STEP : -SHARE_STEP), 0.0f, 1.0f);
+  const float aim_rad_s = share > 0.0f ? share * wanted_rad_s(self, app, samples, i) : 0.0f;
+  const float now_rad_s = app->axis[i].speed.carried_rad_s;
+  self->share[i] = share;
+  self->step_rad_s[i] = (aim_rad_s - now_rad_s) / (float)MOVING_BASE_TICKS;
+  float *added_rad_s = i == SERVO_PITCH ? &self->objects.added_pitch_rad_s : &self->objects.added_azimuth_rad_s;
+  *added_rad_s = now_rad_s;
 }

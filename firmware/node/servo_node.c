@@ -246,13 +246,23 @@ static void show_envelope(protection_objects *objects, const axis_monitor *monit
   objects->fastest_up_rad_s = axis_monitor_fastest_rad_s(monitor, 1.0f);
 }
 
+/* An axis that is told to stop stops its joint, as does one behind a brake that is not open. */
+static void aim_base(servo_node *node, int i) {
+  const drive_axis *drive = &node->axis[i].drive;
+  const moving_base_axis axis = {
+      .index = i,
+      .fixed = axis_monitor_base_is_fixed(&node->axis[i].monitor),
+      .follows = drive->state.action == DRIVE_RUN && drive->brake.opened && !drive->motion.ordered};
+  moving_base_aim(&node->base, &node->board.app, &node->board.samples, &axis);
+}
+
 /* What changes only with parameters, or slowly: a quarter of it in each ms, because all at once costs too much. */
 static void limit_motion(servo_node *node) {
   const uint32_t turn = (node->objects.ticks - 1) % (2 * SERVO_AXES); /* each axis is located before it is limited */
   const int i = (int)(turn % SERVO_AXES);
   servo_node_axis *axis = &node->axis[i];
   if (turn < SERVO_AXES) {
-    moving_base_aim(&node->base, &node->board.app, &node->board.samples, i, axis_monitor_base_is_fixed(&axis->monitor));
+    aim_base(node, i);
     axis_monitor_distrust(&axis->monitor, &axis->drive);
     axis_monitor_locate(&axis->monitor, &axis->drive);
     return;

@@ -134,7 +134,8 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .prefix = "",
                              .values = &node->base.objects,
                              .owner = &node->base,
-                             .hooks = &moving_base_hooks};
+                             .hooks = &moving_base_hooks,
+                             .measures = true};
   parts[count++] = (od_part){.table = clock_objects_table,
                              .prefix = "",
                              .values = &node->clock,

@@ -34,7 +34,11 @@ static void follow(float *rate_rad_s, float *slope_rad_s2, float measured_rad_s,
 }
 
 bool base_rates_are_fresh(const base_rates *self, const base_rates_params *params, uint32_t tick) {
-  return self->known && tick - self->arrived_tick <= params->timeout_ms;
+  return self->known && !self->ended && tick - self->arrived_tick <= params->timeout_ms;
+}
+
+void base_rates_age(base_rates *self, const base_rates_params *params, uint32_t tick) {
+  self->ended = !base_rates_are_fresh(self, params, tick);
 }
 
 base_rates_drop base_rates_take(base_rates *self, const base_rates_params *params, const base_rates_message *message,
@@ -58,16 +62,22 @@ base_rates_drop base_rates_take(base_rates *self, const base_rates_params *param
     self->slope_rad_s2 = (base_vector){.x = 0.0f};
   }
   self->known = true;
+  self->ended = false;
   self->arrived_tick = tick;
   return BASE_RATES_TAKEN;
+}
+
+static float carried_on(float rate_rad_s, float slope_rad_s2, float time_s, float largest_rad_s) {
+  return scalar_clamp(rate_rad_s + slope_rad_s2 * time_s, -largest_rad_s, largest_rad_s);
 }
 
 base_vector base_rates_at(const base_rates *self, const base_rates_params *params, uint32_t tick) {
   const float age_ticks = (float)(tick - self->arrived_tick) + (float)params->delay / (float)BASE_TIMES_PER_TICK;
   const float time_s = scalar_min(SERVO_TICK_S * age_ticks, BASE_RATES_AHEAD_S);
-  return (base_vector){.x = self->rate_rad_s.x + self->slope_rad_s2.x * time_s,
-                       .y = self->rate_rad_s.y + self->slope_rad_s2.y * time_s,
-                       .z = self->rate_rad_s.z + self->slope_rad_s2.z * time_s};
+  const float largest = params->largest_rad_s;
+  return (base_vector){.x = carried_on(self->rate_rad_s.x, self->slope_rad_s2.x, time_s, largest),
+                       .y = carried_on(self->rate_rad_s.y, self->slope_rad_s2.y, time_s, largest),
+                       .z = carried_on(self->rate_rad_s.z, self->slope_rad_s2.z, time_s, largest)};
 }
 
 static bool feeds_back_encoder(const servo_axis_params *axis) {

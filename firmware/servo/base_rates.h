@@ -49,9 +49,10 @@ enum { BASE_RATE_NOT_MEASURED = INT16_MIN, BASE_TIMES_PER_TICK = 100 };
 /* Of a message that does not count (0x3078:4). */
 typedef enum {
   BASE_RATES_TAKEN = 0,
-  BASE_RATES_REPEATED,    /* the counter of the last message */
-  BASE_RATES_IMPOSSIBLE,  /* a rate above 3077:4 */
-  BASE_RATES_NOT_MEASURED /* a rate is BASE_RATE_NOT_MEASURED */
+  BASE_RATES_REPEATED,     /* the counter of the last message */
+  BASE_RATES_IMPOSSIBLE,   /* a rate above 3077:4 */
+  BASE_RATES_NOT_MEASURED, /* a rate is BASE_RATE_NOT_MEASURED */
+  BASE_RATES_REPLACED      /* another one came before it was taken */
 } base_rates_drop;
 
 /* 0x3077; ranges: node/objects/base_objects.c. */
@@ -66,6 +67,7 @@ typedef struct {
 
 typedef struct {
   bool known;             /* a message has counted since the reset */
+  bool ended;             /* the last message is older than 3077:6 */
   bool heard;             /* `counter` is that of a message */
   uint8_t counter;        /* of the last message */
   uint32_t arrived_tick;  /* of the last message that counted */
@@ -81,10 +83,15 @@ void base_rates_reset(base_rates *self);
 base_rates_drop base_rates_take(base_rates *self, const base_rates_params *params, const base_rates_message *message,
                                 uint32_t tick);
 
+/* Notices that the messages have ended: until another one counts they stay so, also when the ticks begin anew. Call at
+ * least once in 2^31 ticks. */
+void base_rates_age(base_rates *self, const base_rates_params *params, uint32_t tick);
+
 /* Returns whether a message that counts has arrived within 3077:6. */
 bool base_rates_are_fresh(const base_rates *self, const base_rates_params *params, uint32_t tick);
 
-/* Returns the rates in a tick. The straight line ends BASE_RATES_AHEAD_S after the measurement of the last message. */
+/* Returns the rates in a tick. The straight line ends BASE_RATES_AHEAD_S after the measurement of the last message,
+ * and no rate is above 3077:4. */
 base_vector base_rates_at(const base_rates *self, const base_rates_params *params, uint32_t tick);
 
 #define BASE_RATES_AHEAD_S 0.05f

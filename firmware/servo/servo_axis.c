@@ -57,13 +57,15 @@ static bool command_is_plausible(const servo_axis_command *command) {
          scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) && (limits_plausible || !command->torque_limited);
 }
 
-static speed_reference position_reference(const servo_axis_params *params, const servo_axis_command *command,
-                                          angle_turn32 joint_angle) {
+/* It is the joint whose position is held: what others know of the base's rate is no part of it. */
+static speed_reference position_reference(const servo_axis *axis, const servo_axis_params *params,
+                                          const servo_axis_command *command, angle_turn32 joint_angle) {
   const float rate_rad_s =
       position_loop_rate(&params->position, command->position, joint_angle, command->speed.rate_rad_s);
   const float limit_rad_s = command->rate_limit_rad_s > 0.0f ? command->rate_limit_rad_s : SERVO_PLAUSIBLE_RATE_RAD_S;
-  return (speed_reference){.rate_rad_s = scalar_clamp(rate_rad_s, -limit_rad_s, limit_rad_s),
-                           .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
+  return (speed_reference){
+      .rate_rad_s = scalar_clamp(rate_rad_s, -limit_rad_s, limit_rad_s) + axis->speed.carried_rad_s,
+      .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
 }
 
 static speed_reference choose_reference(const servo_axis *axis, const servo_axis_params *params,
@@ -71,7 +73,7 @@ static speed_reference choose_reference(const servo_axis *axis, const servo_axis
                                         const speed_loop_rates *rates) {
   switch (axis->mode) {
     case SERVO_POSITION:
-      return position_reference(params, command, samples->sensors.joint_angle_turn32);
+      return position_reference(axis, params, command, samples->sensors.joint_angle_turn32);
     case SERVO_SPEED:
       return command->speed;
     case SERVO_TORQUE: /* no error: the integral of the speed loop follows the applied torque */

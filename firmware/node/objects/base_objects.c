@@ -2,7 +2,7 @@
 
 #include "canopen/object_dictionary_rows.h"
 
-enum { MESSAGE_OBJECT = 0x3076, MESSAGE_COUNTER = 4 };
+enum { MESSAGE_OBJECT = 0x3076, MESSAGE_COUNTER = 4, SETTING_OBJECT = 0x3077, SETTING_SCALE = 2 };
 enum { LONGEST_DELAY = 50 * BASE_TIMES_PER_TICK };
 
 #define U32_HIGHEST INT64_C(0xFFFFFFFF)
@@ -38,13 +38,14 @@ static const od_entry kEntries[] = {
     SETS(OD_U16, 6, timeout_ms, 10, 2000, 100, "ms", "Base rates time-out",
          "Without a message for this time nothing is added any more"),
     OD_RECORD_HEAD(0x3078, 6, "Base rates report", "What became of the base rates"),
-    REPORTS(OD_U8, 1, state, 0, 4, "", "Base rates state",
-            "0: not used; 1: no message yet; 2: in use; 3: the messages have ended, see 3077:6; 4: 2060:27 of an axis "
-            "declares the base fixed, that axis uses none"),
+    OD_U8(0x3078, 1, OD_RO, OD_TPDO | OD_EVENT, base_objects, state, 0, 4, 0, "", "Base rates state",
+          "0: not used; 1: no message yet; 2: in use; 3: the messages have ended, see 3077:6; 4: 2060:27 of an axis "
+          "declares the base fixed, that axis uses none; 0 to 3 are of both axes"),
     REPORTS(OD_U32, 2, taken, 0, U32_HIGHEST, "", "Base rates taken", "Messages that counted"),
     REPORTS(OD_U32, 3, dropped, 0, U32_HIGHEST, "", "Base rates dropped", "Messages that did not count, see 3078:4"),
-    REPORTS(OD_U8, 4, last_drop, 0, 3, "", "Base rates last drop",
-            "Why: 0: none dropped; 1: the counter of the last message; 2: a rate above 3077:4; 3: a rate not measured"),
+    REPORTS(OD_U8, 4, last_drop, 0, 4, "", "Base rates last drop",
+            "Why: 0: none dropped; 1: the counter of the last message; 2: a rate above 3077:4; 3: a rate not measured; "
+            "4: another one came within 4 ms"),
     REPORTS(OD_F32, 5, added_azimuth_rad_s, -1e3f, 1e3f, "rad/s", "Base rate added, azimuth",
             "To the rate of the azimuth's own sensors"),
     REPORTS(OD_F32, 6, added_pitch_rad_s, -1e3f, 1e3f, "rad/s", "Base rate added, pitch",
@@ -55,4 +56,8 @@ const od_table base_objects_table = {kEntries, sizeof kEntries / sizeof kEntries
 
 bool base_objects_hand_over(const od_object *object) {
   return object->entry->index == MESSAGE_OBJECT && object->entry->sub == MESSAGE_COUNTER;
+}
+
+bool base_objects_sets_scale(const od_object *object) {
+  return object->entry->index == SETTING_OBJECT && object->entry->sub == SETTING_SCALE;
 }

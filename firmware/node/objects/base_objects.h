@@ -34,7 +34,8 @@ typedef struct {
 /* Offsets point into `base_objects`. */
 extern const od_table base_objects_table;
 
-/* Returns whether writing this object hands the message over. */
+/* Returns whether writing this object hands the message over, or changes what earlier messages mean. */
 bool base_objects_hand_over(const od_object *object);
+bool base_objects_sets_scale(const od_object *object);
 
 #endif

@@ -55,16 +55,20 @@ static void send_rates(double x_rad_s, double y_rad_s, double z_rad_s) {
                          (uint8_t)((uint16_t)z >> 8), ++counter});
 }
 
-static void yaw_for(unsigned duration_ms, double z_rad_s) {
+static void send_for(unsigned duration_ms, double x_rad_s, double y_rad_s, double z_rad_s) {
   for (unsigned ms = 0; ms < duration_ms; ms += EVERY_MS) {
-    send_rates(0.0, 0.0, z_rad_s);
+    send_rates(x_rad_s, y_rad_s, z_rad_s);
     wait_ms(EVERY_MS);
   }
 }
 
+static void yaw_for(unsigned duration_ms, double z_rad_s) { send_for(duration_ms, 0.0, 0.0, z_rad_s); }
+
 static unsigned state_of_rates(void) { return (unsigned)get(REPORT, STATE) & 0xFF; }
 
 static double azimuth_rad_s(void) { return machine.axis[0].rate_rad_s; }
+
+static double pitch_rad_s(void) { return machine.axis[1].rate_rad_s; }
 
 static void test_as_delivered_messages_are_counted_and_move_nothing(void) {
   declare_that_the_base_moves(0);
@@ -150,6 +154,99 @@ static void test_an_axis_whose_base_is_declared_fixed_uses_no_rates(void) {
   CHECK_NEAR("rad/s", -0.1, azimuth_rad_s(), 1e-3);
 }
 
+/* Azimuth 30 degrees to the left, line of sight 45 degrees up; neither axis has a gyro. */
+static void test_each_axis_takes_its_part_of_each_rate_where_it_looks(void) {
+  const double psi = 0.5235988;
+  static const double rates[3][3] = {{0.1, 0.0, 0.0}, {0.0, 0.1, 0.0}, {0.0, 0.0, 0.1}};
+  for (int i = 0; i < 3; ++i) {
+    rigid_machine_init(&machine);
+    machine.axis[0].turns = 1.0 / 12.0;
+    machine.axis[1].turns = 1.0 / 8.0;
+    TEST_ASSERT_TRUE(rigid_machine_start_node(&machine, &node, NODE_ID, (can_sender){node_bench_send, NULL}, NULL));
+    wait_ms(8);
+    map_base();
+    for (uint32_t shift = 0; shift <= PITCH; shift += PITCH) {
+      SET(0x6007 + shift, 0, 0);
+      SET(0x2050 + shift, 1, 0);
+      SET(0x2070 + shift, 1, 1);
+      declare_that_the_base_moves(shift);
+    }
+    nmt(0x01);
+    SET(SETTING, USE, 1);
+    enable(0, PV);
+    enable(PITCH, PV);
+    send_for(300, rates[i][0], rates[i][1], rates[i][2]);
+    const double ahead = cos(psi) * rates[i][0] + sin(psi) * rates[i][1];
+    const double left = cos(psi) * rates[i][1] - sin(psi) * rates[i][0];
+    CHECK_NEAR("azimuth, rad/s", -(rates[i][2] - ahead), azimuth_rad_s(), 0.006); /* it has turned a little by then */
+    CHECK_NEAR("pitch, rad/s", left, pitch_rad_s(), 0.006);
+  }
+}
+
+static void test_an_axis_that_is_told_to_halt_stops_its_joint(void) {
+  declare_that_the_base_moves(0);
+  declare_that_the_base_moves(PITCH);
+  SET(SETTING, USE, 1);
+  enable(0, PV);
+  yaw_for(500, 0.1);
+  CHECK_NEAR("rad/s", -0.1, azimuth_rad_s(), 1e-3);
+  command(0, 0x010F);
+  yaw_for(500, 0.1);
+  CHECK_NEAR("rad/s", 0.0, azimuth_rad_s(), 1e-3);
+  yaw_for(2000, 0.1);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  command(0, 0x000F);
+  yaw_for(500, 0.1);
+  CHECK_NEAR("rad/s", -0.1, azimuth_rad_s(), 1e-3);
+}
+
+static void test_where_a_position_is_held_the_joint_stands(void) {
+  declare_that_the_base_moves(0);
+  declare_that_the_base_moves(PITCH);
+  SET(SETTING, USE, 1);
+  enable(0, 1);
+  const double before = machine.axis[0].turns;
+  yaw_for(1500, 0.1);
+  TEST_ASSERT_EQUAL(IN_USE, state_of_rates());
+  CHECK_NEAR("rad", 0.0, 6.283185307 * (machine.axis[0].turns - before), 2e-4);
+}
+
+/* A second after its last word, although messages come (6007). */
+static void test_a_sensor_is_not_the_master(void) {
+  declare_that_the_base_moves(0);
+  declare_that_the_base_moves(PITCH);
+  SET(SETTING, USE, 1);
+  SET(0x1402, 5, 200); /* and its messages are monitored */
+  SET(0x6007, 0, 3);
+  enable(0, PV);
+  SET(0x60FF, 0, 100000);
+  yaw_for(900, 0.0);
+  CHECK_NEAR("rad/s", 0.1, azimuth_rad_s(), 1e-3);
+  yaw_for(1500, 0.0);
+  CHECK_NEAR("rad/s", 0.0, azimuth_rad_s(), 1e-3);
+}
+
+static void test_a_new_scale_forgets_what_has_been_measured(void) {
+  SET(SETTING, USE, 1);
+  declare_that_the_base_moves(0);
+  declare_that_the_base_moves(PITCH);
+  yaw_for(100, 0.1);
+  TEST_ASSERT_EQUAL(IN_USE, state_of_rates());
+  SET_FLOAT(SETTING, SCALE, 1e-5f);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(AWAITED, state_of_rates());
+}
+
+static void test_a_message_that_another_one_replaces_is_counted(void) {
+  const uint32_t before = get(REPORT, TAKEN);
+  send_rates(0.0, 0.0, 0.1);
+  send_rates(0.0, 0.0, 0.2);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(before + 1, get(REPORT, TAKEN));
+  TEST_ASSERT_EQUAL(1, get(REPORT, DROPPED));
+  TEST_ASSERT_EQUAL(4, get(REPORT, LAST_DROP) & 0xFF);
+}
+
 static void test_messages_that_do_not_count_are_counted_with_a_reason(void) {
   declare_that_the_base_moves(0);
   declare_that_the_base_moves(PITCH);
@@ -209,5 +306,11 @@ int main(void) {
   RUN_TEST(test_messages_that_do_not_count_are_counted_with_a_reason);
   RUN_TEST(test_only_a_reset_of_the_node_forgets_the_messages);
   RUN_TEST(test_settings_are_kept_in_range);
+  RUN_TEST(test_each_axis_takes_its_part_of_each_rate_where_it_looks);
+  RUN_TEST(test_an_axis_that_is_told_to_halt_stops_its_joint);
+  RUN_TEST(test_where_a_position_is_held_the_joint_stands);
+  RUN_TEST(test_a_sensor_is_not_the_master);
+  RUN_TEST(test_a_new_scale_forgets_what_has_been_measured);
+  RUN_TEST(test_a_message_that_another_one_replaces_is_counted);
   return UNITY_END();
 }

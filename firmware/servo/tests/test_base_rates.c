@@ -199,6 +199,29 @@ static void test_a_sender_that_repeats_itself_is_not_believed(void) {
   TEST_ASSERT_EQUAL(BASE_RATES_TAKEN, base_rates_take(&rates, &params, &message, 130));
 }
 
+/* The sender ends with a jump from one limit to the other: its slope goes on for 50 ms. */
+static void test_what_a_jump_leaves_stays_within_the_limit(void) {
+  for (uint32_t tick = 0; tick <= 1000; tick += 10) {
+    (void)give(-0.5, 0.5, 0.5, tick);
+  }
+  (void)give(0.5, -0.5, -0.5, 1010);
+  for (uint32_t tick = 1010; tick < 1200; ++tick) {
+    const base_vector at = base_rates_at(&rates, &params, tick);
+    CHECK_AT_MOST("rad/s", 0.5, fmax(fabs((double)at.x), fmax(fabs((double)at.y), fabs((double)at.z))));
+  }
+  CHECK_NEAR("rad/s", 0.5, base_rates_at(&rates, &params, 1060).x, 1e-6);
+}
+
+static void test_messages_that_have_ended_stay_so_when_the_ticks_begin_anew(void) {
+  (void)give(0.1, 0.0, 0.0, 10);
+  base_rates_age(&rates, &params, 110);
+  TEST_ASSERT_TRUE(base_rates_are_fresh(&rates, &params, 110));
+  base_rates_age(&rates, &params, 111);
+  TEST_ASSERT_FALSE(base_rates_are_fresh(&rates, &params, 10)); /* 2^32 ticks later */
+  (void)give(0.1, 0.0, 0.0, 20);
+  TEST_ASSERT_TRUE(base_rates_are_fresh(&rates, &params, 20));
+}
+
 static void test_two_messages_before_one_tick_are_the_newer_one(void) {
   (void)give(0.1, 0.0, 0.0, 10);
   (void)give(0.2, 0.0, 0.0, 10);
@@ -217,5 +240,7 @@ int main(void) {
   RUN_TEST(test_what_cannot_be_a_rate_does_not_count);
   RUN_TEST(test_a_sender_that_repeats_itself_is_not_believed);
   RUN_TEST(test_two_messages_before_one_tick_are_the_newer_one);
+  RUN_TEST(test_what_a_jump_leaves_stays_within_the_limit);
+  RUN_TEST(test_messages_that_have_ended_stay_so_when_the_ticks_begin_anew);
   return UNITY_END();
 }
