@@ -15,6 +15,7 @@ void rpdo_reset(rpdo *self) {
 
 static bool speaks(const pdo_map *map) {
   bool measures = map->count > 0;
+  /* Bound: PDO_OBJECTS. */
   for (uint32_t i = 0; i < map->count; i++) {
     const od_part *part = map->item[i].object.part;
     measures = measures && part != NULL && part->measures;
