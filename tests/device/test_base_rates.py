@@ -82,7 +82,10 @@ def test_a_base_that_is_declared_fixed_and_numbers_that_are_no_rates_move_nothin
         master.wait_until(lambda: master.number(0x3078, 4) == IMPOSSIBLE, 1)
         master.pass_time(300)
     assert sensor.state == AWAITED and master.number(0x3078, 2) == 0
-    node.sdo[0x6040].raw = 0
+    azimuth.command(0)
+    azimuth.wait_for_state("SWITCH ON DISABLED")
+    master.pass_time(500)  # the holding brake engages
+    node.sdo[0x3040][1].raw = OPEN
     node.sdo[0x2060][27].raw = 0.005
     azimuth.enable(PV)
     sensor.z_deg_s = YAWS_DEG_S
