@@ -165,13 +165,13 @@ typedef struct {
 
 struct od_part {
   od_table table;
-  uint16_t shift;        /* added to every index of the table: 0x800 for the second axis */
-  const char *prefix;    /* prefix of every name in EDS, DBC and documentation; "" for none */
-  void *values;          /* the struct to which the offsets of the table refer */
-  void *owner;           /* passed to the hooks */
+  uint16_t shift;     /* added to every index of the table: 0x800 for the second axis */
+  bool measures;      /* an RPDO writes what a sensor measures: a PDO of such objects alone is no word of the master */
+  const char *prefix; /* prefix of every name in EDS, DBC and documentation; "" for none */
+  void *values;       /* the struct to which the offsets of the table refer */
+  void *owner;        /* passed to the hooks */
   const od_hooks *hooks; /* NULL: plain storage */
   const void *defaults;  /* values as in the struct, the defaults of what is OD_STORED; NULL: those of the table */
-  bool measures; /* an RPDO writes what a sensor measures: a PDO of such objects alone is no word of the master */
 };
 
 /* Indices in groups of 0x800, the shift between the axes; one bit per part that has objects in the group. */
