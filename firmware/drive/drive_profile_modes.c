@@ -1,5 +1,8 @@
 #include "drive/drive_motion_parts.h"
 
+#define BLOCKED_RAD 2e-4f /* further than wind moves an axis that holds its position */
+#define BACK_OFF_RAD 1e-3f
+
 /* The limits of pp. */
 static profile_limits position_limits(const drive_bounds *bounds, const drive_limit_objects *limit) {
   const float rate_rad_s = scalar_min(drive_limit_from_counts(limit->profile_velocity), bounds->position_rad_s);
@@ -93,10 +96,25 @@ static drive_profile_step prepare_velocity(const drive_motion *motion, const dri
   return step;
 }
 
+/* A held position may lie where the axis cannot get to: the ramp of an axis that was moving outwards when it was turned
+ * on may end behind an end stop. It would push against it until fault 21. */
+static void back_off(drive_motion *motion) {
+  if (motion->loop != SERVO_POSITION || !profile_at_rest(&motion->ramp)) {
+    return;
+  }
+  const float side = drive_travel_side(&motion->bounds, motion->position);
+  if (side * drive_angle_difference_rad(motion->demand, motion->position) > BLOCKED_RAD) {
+    motion->demand = motion->position;
+    motion->demand_rest = 0.0f;
+    motion_move_demand(&motion->demand, &motion->demand_rest, -side * BACK_OFF_RAD);
+  }
+}
+
 void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, const drive_machine *machine,
                           float dt_s) {
   drive_bounds_update(&motion->bounds, objects, machine);
   motion->next.ready = false;
+  back_off(motion);
   const bool has_target = motion->mode == DRIVE_PROFILE_POSITION || motion->mode == DRIVE_TRACKING;
   if (has_target) {
     setpoint_queue_limit(&motion->setpoints, &motion->bounds.travel);

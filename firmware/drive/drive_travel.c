@@ -114,7 +114,8 @@ bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const
   }
   const float direction = ramp->rate_rad_s < 0.0f ? -1.0f : 1.0f;
   const float room_rad = direction * drive_travel_room_rad(bounds, position, direction);
-  if (room_rad > direction * profile_stop_travel_rad(ramp, limits)) {
+  /* Outside it stays hard until the end: a gentle jerk would not end the braking before the axis has turned back. */
+  if (room_rad > 0.0f && room_rad > direction * profile_stop_travel_rad(ramp, limits)) {
     return false;
   }
   /* No harder than needed, without a gentle start: the remaining distance may be too short for that. */

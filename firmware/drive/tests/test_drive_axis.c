@@ -1257,6 +1257,65 @@ static void test_an_axis_outside_its_travel_does_not_return_after_a_loss(void) {
   CHECK_NEAR("angle, rad", 0.25, b.angle_rad, 1e-3);
 }
 
+/* 607D at +-1 rad. At 1.1 rad the axis is turned on in pv while it moves outwards at 0.3 rad/s, and something holds it:
+ * the ramp ends 20 mrad further out. The held position must be 1 mrad back from where the axis stands. */
+static void test_an_axis_that_is_blocked_outside_its_travel_backs_off(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_off(1.1 * side);
+    b.o.limit.position_minimum = -10000000;
+    b.o.limit.position_maximum = 10000000;
+    b.o.position.following_error_window = UINT32_MAX;
+    b.o.state.mode = DRIVE_PROFILE_VELOCITY;
+    b.rate_rad_s = 0.3 * side;
+    b.in.rate_rad_s = (float)b.rate_rad_s;
+    const uint16_t words[] = {0x00, 0x06, 0x07, 0x0F};
+    for (unsigned i = 0; i < 4; ++i) {
+      b.o.state.controlword = words[i];
+      tick(&b);
+    }
+    b.braked = true;
+    ticks(&b, 50);
+    TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+    const double ahead_rad = side * (double)angle_difference_rad(b.command.position, b.in.joint_angle);
+    CHECK_AT_MOST("ahead of the axis while the ramp runs, rad", 20e-3, ahead_rad);
+    CHECK_AT_LEAST("ahead of the axis while the ramp runs, rad", 5e-3, ahead_rad);
+    ticks(&b, 250);
+    CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+    CHECK_NEAR("back from the axis, rad", 1e-3,
+               side * -(double)angle_difference_rad(b.command.position, b.in.joint_angle), 1e-6);
+    b.braked = false;
+    ticks(&b, 500);
+    CHECK_NEAR("angle, rad", side * 1.1, b.angle_rad, 2e-3);
+    CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  }
+}
+
+/* 607D becomes +-0.2 rad while pv turns the axis outwards at 0.3 rad/s, at 0.25 rad; then a stop is ordered. It must
+ * end outside, as a ramp that never turns back, however gentle the jerk (60A4) of other ramps is. */
+static void test_a_stop_outside_the_travel_does_not_turn_back(void) {
+  const uint32_t jerks[] = {1000, 1000000, 50000000, 2000000000};
+  for (unsigned i = 0; i < sizeof jerks / sizeof jerks[0]; ++i) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.machine.torque_nm = 40.0f;
+    b.machine.deceleration_rad_s2 = 2.0f;
+    b.o.velocity.target = 300000;
+    ticks(&b, 1500);
+    CHECK_NEAR("rate, rad/s", 0.3, b.rate_rad_s, 1e-3);
+    b.o.limit.jerk = jerks[i];
+    b.o.limit.position_minimum = -2000000;
+    b.o.limit.position_maximum = 2000000;
+    b.o.state.controlword = 0x02; /* quick stop */
+    const double from_rad = b.angle_rad;
+    for (int ms = 0; ms < 1000; ++ms) {
+      tick(&b);
+      CHECK_AT_LEAST("rate, rad/s", -1e-6, b.command.speed.rate_rad_s);
+    }
+    CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-9);
+    CHECK_AT_LEAST("way, rad", 0.3 * 0.3 / (2.0 * 5.0), b.angle_rad - from_rad);
+    CHECK_AT_MOST("way, rad", 0.3 * 0.3 / 2.0, b.angle_rad - from_rad);
+  }
+}
+
 /* With 607D at +-1 rad and 607F at 0.3 rad/s, away from an end and 0.1 mrad before it, where no rate is left. Towards
  * the target the axis must be able to stop; away from it the rate limit holds. */
 static void test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel(void) {
@@ -1611,6 +1670,8 @@ int main(void) {
   RUN_TEST(test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends);
   RUN_TEST(test_the_torque_of_an_experiment_cannot_drive_the_axis_faster_than_110_percent_of_607f);
   RUN_TEST(test_an_axis_outside_its_travel_does_not_return_after_a_loss);
+  RUN_TEST(test_an_axis_that_is_blocked_outside_its_travel_backs_off);
+  RUN_TEST(test_a_stop_outside_the_travel_does_not_turn_back);
   RUN_TEST(test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel);
   RUN_TEST(test_an_axis_at_the_end_of_its_travel_waits_for_its_target);
   RUN_TEST(test_a_target_that_is_too_fast_is_reported_as_limited);
