@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 import signal
 import sys
 import time
@@ -25,6 +26,7 @@ from servoctl.tracking import DROPS
 from servoctl.units import is_plain
 
 from . import __version__
+from .camera import CameraMode
 from .camera_frame import AGE, NODE_CLOCK, FrameSender, Result
 from .errors import ImagerError
 from .follower import TRACKERS, Follower, Sighting
@@ -34,6 +36,28 @@ from .sources import NewestPicture, Source, open_source
 from .statistics import Statistics
 from .video import DEFAULT_RATE_HZ
 from .view import View
+
+
+class _Size(click.ParamType[tuple[int, int]]):
+    """Of a picture, as 1920x1080."""
+
+    name = "WIDTHxHEIGHT"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        if not (match := re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", value)) or not int(match[1]) or not int(match[2]):
+            self.fail(f"'{value}' is not a size; expected WIDTHxHEIGHT in pixels, as 1920x1080.", param, ctx)
+        return int(match[1]), int(match[2])
+
+
+class _PixelFormat(click.ParamType[str]):
+    """As Video4Linux names them."""
+
+    name = "FORMAT"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if not re.fullmatch(r"[A-Za-z0-9]{3,4}", value):
+            self.fail(f"'{value}' is not a pixel format; expected its name, as MJPG, YUYV, GREY or Y16.", param, ctx)
+        return str(value)
 
 
 class _Number(click.FloatRange):
@@ -161,15 +185,18 @@ def _summary(
               help="OpenCV's tracker that takes over where the target does not stand out.")  # fmt: skip
 @click.option("--camera-delay", type=_Number(-100.0, 100.0), default=0.0, show_default=True,
               help="From the middle of the exposure to the picture's time stamp, ms; of a stamp of its start: minus half of it.")  # fmt: skip
-@click.option("--rate", type=_Number(1e-3, 1e3), default=DEFAULT_RATE_HZ, show_default=True,
-              help="Pictures per second of a folder, whose files say no times.")  # fmt: skip
+@click.option("--size", type=_Size(), help="Size of the camera's pictures in pixels, as 1920x1080; default 640x480, or what is nearest.")
+@click.option("--pixel-format", type=_PixelFormat(), help="Pixel format of the camera, as MJPG, YUYV, GREY or Y16.")
+@click.option("--rate", type=_Number(1e-3, 1e3),
+              help=f"Pictures per second of the camera, or of a folder, whose files say no times (default {DEFAULT_RATE_HZ:g}).")  # fmt: skip
 @click.option("--seconds", type=_Number(0.1), help="End after so many seconds.")
 @click.option("--quiet", is_flag=True, help="No line each second.")
 @overwrite_option
 @click.version_option(__version__, message="imager %(version)s")
 def imager(
     source: str, bus: str | None, no_bus: bool, node: int, bitrate: str, record: Path | None, pixel_urad: float,
-    azimuth_grows: str, tracker: str, camera_delay: float, rate: float, seconds: float | None, quiet: bool, overwrite: bool,
+    azimuth_grows: str, tracker: str, camera_delay: float, size: tuple[int, int] | None, pixel_format: str | None,
+    rate: float | None, seconds: float | None, quiet: bool, overwrite: bool,
 ) -> None:  # fmt: skip
     """Finds a target in the pictures of SOURCE, follows it, and sends its error to a trackservo as camera frames.
 
@@ -182,7 +209,7 @@ def imager(
     if record is not None:
         check_new([record], overwrite, "--record", [Path(source), *_files_of_address(source)])
     with contextlib.ExitStack() as stack:
-        opened = open_source(source, rate)
+        opened = open_source(source, CameraMode(size, rate, pixel_format))
         stack.callback(opened.close)
         if record is not None and opened.is_playlist and record.is_file():
             raise ImagerError(f"--record '{record}' exists already, and the playlist '{source}' may play it: give a new name.")

@@ -13,11 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Protocol, cast
 
-import cv2
 import numpy as np
 
+from .camera import CameraMode, CameraSource
 from .errors import ImagerError
-from .picture import Picture, UsedBits, grey_of
+from .picture import Picture
 from .still import StillSource, is_still
 from .video import CONNECT_S, DEFAULT_RATE_HZ, StreamSource, VideoSource
 
@@ -29,10 +29,6 @@ SIMULATOR = "pgm-tcp:"
 RECEIVE_BUFFER_BYTES = 1 << 18
 """About a picture: if we are late, the simulator drops pictures, and none waits here until it is old."""
 LARGEST_SIDE_PX = 16384
-MANY_BITS = tuple(cv2.VideoWriter.fourcc(*name) for name in ("Y10 ", "Y12 ", "Y16 "))
-"""Pixel formats of cameras with more than 8 bits of grey."""
-_BUFFERED_STAMP_S = 1.0
-"""A driver's time stamp that is further from now is not one of our clock."""
 
 
 class Source(Protocol):
@@ -52,44 +48,6 @@ class Source(Protocol):
     def read(self) -> Picture | None: ...
 
     def close(self) -> None: ...
-
-
-class CameraSource:
-    """A camera of Video4Linux: pictures come by themselves, and the last one never ends well."""
-
-    node_clock = False
-    waits = False
-    is_playlist = False
-    damage = ""
-
-    def __init__(self, number: int, name: str) -> None:
-        self._name = name
-        self._capture = cv2.VideoCapture()
-        if not self._capture.open(number, cv2.CAP_V4L2):
-            raise ImagerError(f"the camera '{name}' cannot be opened; expected {FORMS}.")
-        if int(self._capture.get(cv2.CAP_PROP_FOURCC)) in MANY_BITS:
-            self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0.0)  # which would make 8 bits of them
-        rate = self._capture.get(cv2.CAP_PROP_FPS)
-        self.rate_hz = rate if 1.0 <= rate <= 1000.0 else 25.0
-        self._used_bits = UsedBits()
-        self._number = 0
-
-    def read(self) -> Picture | None:
-        """Waits for the next picture."""
-        if not self._capture.grab():
-            raise ImagerError(f"'{self._name}' gives no more pictures; check its cable, then start again.")
-        now = time.monotonic()
-        stamp = 1e-3 * self._capture.get(cv2.CAP_PROP_POS_MSEC)  # the driver's, by the same clock
-        exposed = stamp if 0.0 <= now - stamp < _BUFFERED_STAMP_S else now
-        good, values = self._capture.retrieve()
-        if not good:
-            raise ImagerError(f"'{self._name}' gives a picture that cannot be decoded; choose another pixel format.")
-        self._number += 1
-        return Picture(self._used_bits.take(grey_of(values, f"'{self._name}'")), self._number, exposed, now)
-
-    def close(self) -> None:
-        """The device is free."""
-        self._capture.release()
 
 
 class PgmSource:
@@ -161,27 +119,33 @@ def read_pgm(stream: BinaryIO) -> Picture | None:
     return Picture(grey, comments.get("picture", 0), 1e-6 * comments["exposure_us"], time.monotonic())
 
 
-def open_source(text: str, rate_hz: float = DEFAULT_RATE_HZ) -> Source:
-    """`rate_hz` is that of pictures in files of their own; raises ImagerError."""
+def open_source(text: str, mode: CameraMode | None = None) -> Source:
+    """`mode` is asked of a camera; its rate is also that of pictures in files of their own. Raises ImagerError, too, for
+    a mode that the source cannot have."""
+    mode = mode or CameraMode()
     if not text:
         raise ImagerError(f"the source is empty; expected {FORMS}.")
     if text.startswith(SIMULATOR):
         host, _, port = text[len(SIMULATOR) :].rpartition(":")
         if not (port.isascii() and port.isdigit()) or not 0 < int(port) < 65536:
             raise ImagerError(f"the source '{text}' has no valid port: expected pgm-tcp:HOST:PORT.")
+        mode.refuse_all(text)
         return PgmSource(host or "127.0.0.1", int(port))
     if "://" in text:
+        mode.refuse_all(text)
         return StreamSource(text, FORMS)
     path = Path(text)
     device = str(path.resolve() if text.startswith("/dev/") else text).removeprefix("/dev/video")  # /dev/v4l/by-id/... is a link
     if device.isascii() and device.isdigit():
-        return CameraSource(int(device), text)
+        return CameraSource(int(device), text, mode, FORMS)
     if not path.exists():
         raise ImagerError(f"the video '{path}' does not exist; expected {FORMS}.")
     if is_still(path):
-        return StillSource(path, rate_hz)
+        mode.refuse_picture(text)
+        return StillSource(path, mode.rate_hz or DEFAULT_RATE_HZ)
     if not path.is_file():
         raise ImagerError(f"the video '{path}' is not a file; expected {FORMS}.")
+    mode.refuse_all(text)
     return VideoSource(path)
 
 

@@ -9,6 +9,8 @@ import numpy.typing as npt
 from imager.picture import Grey
 
 WIDTH, HEIGHT = 640, 480
+DARK, DIM = 1000.0, 30.0
+"""Levels of 12 bits: the target is less than two levels of 8 bits brighter than its background."""
 
 
 class Scene:
@@ -38,3 +40,11 @@ class Scene:
             picture += contrast * np.outer(down, across)
         picture += self._noise * self._random.standard_normal(picture.shape, dtype=np.float32)
         return np.asarray(np.clip(np.rint(picture), 0, 255), dtype=np.uint8)
+
+
+def dim(i: int) -> Grey:
+    """12 bits in 16."""
+    noise = np.random.default_rng(i).normal(DARK, 3.0, (HEIGHT, WIDTH))
+    across = np.exp(-0.5 * ((np.arange(WIDTH) - 300.0 - i) / 4.0) ** 2)
+    down = np.exp(-0.5 * ((np.arange(HEIGHT) - 200.0) / 4.0) ** 2)
+    return np.asarray(np.rint(noise + DIM * np.outer(down, across)), dtype=np.uint16)

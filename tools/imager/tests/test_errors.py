@@ -88,7 +88,7 @@ def test_with_a_folder_without_pictures(tmp_path: Path) -> None:
     assert "the source is empty" in refused(tmp_path, "", "--no-bus")
 
 
-@pytest.mark.parametrize("option", ["--pixel-urad", "--camera-delay", "--seconds"])
+@pytest.mark.parametrize("option", ["--pixel-urad", "--camera-delay", "--seconds", "--rate"])
 def test_with_a_number_that_is_none(tmp_path: Path, video: Path, option: str) -> None:
     assert f"'{option}': nan is not a finite number" in refused(tmp_path, str(video), "--no-bus", option, "nan")
     for number in ("1_0", "\u0663"):

@@ -17,13 +17,11 @@ from av.video.stream import VideoStream
 from imager.centroid import find_in_window, median
 from imager.detector import find
 from imager.picture import Grey, UsedBits
-from imager.sources import CameraSource, NewestPicture, open_source
+from imager.sources import NewestPicture, open_source
 
 from .conftest import Result, run_imager
-from .pictures import HEIGHT, WIDTH, Scene
+from .pictures import HEIGHT, WIDTH, Scene, dim
 
-DARK, DIM = 1000.0, 30.0
-"""Levels of 12 bits: the target is less than two levels of 8 bits brighter than its background."""
 
 
 def video_at(file: Path, times_s: list[float], form: str = "yuv420p", codec: str = "ffv1") -> Path:
@@ -116,14 +114,6 @@ def test_pictures_that_change_their_size(tmp_path: Path, tracker: str, width: in
 # --- more than 8 bits -------------------------------------------------------------------------------------------------
 
 
-def dim(i: int) -> Grey:
-    """12 bits in 16."""
-    noise = np.random.default_rng(i).normal(DARK, 3.0, (HEIGHT, WIDTH))
-    across = np.exp(-0.5 * ((np.arange(WIDTH) - 300.0 - i) / 4.0) ** 2)
-    down = np.exp(-0.5 * ((np.arange(HEIGHT) - 200.0) / 4.0) ** 2)
-    return np.asarray(np.rint(noise + DIM * np.outer(down, across)), dtype=np.uint16)
-
-
 def seen(result: Result) -> None:
     assert result.code == 0 and "target found in 10 of 12 pictures, lost 0 times" in result.out, result
 
@@ -160,40 +150,6 @@ def test_a_dim_target_is_found_in_a_video_of_10_and_12_bits(tmp_path: Path, form
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
     seen(run_imager(tmp_path, "night.mkv", "--no-bus"))
-
-
-class _Y16Camera:
-    """As OpenCV's Video4Linux: 8 bits in three channels, unless told not to convert."""
-
-    def __init__(self) -> None:
-        self.converts, self.number = True, 0
-
-    def open(self, *_: object) -> bool:
-        return True
-
-    def get(self, what: int) -> float:
-        return float(cv2.VideoWriter.fourcc(*"Y16 ")) if what == cv2.CAP_PROP_FOURCC else 0.0
-
-    def set(self, what: int, value: float) -> bool:
-        if what == cv2.CAP_PROP_CONVERT_RGB:
-            self.converts = value != 0.0
-        return True
-
-    def grab(self) -> bool:
-        return True
-
-    def retrieve(self) -> tuple[bool, cv2.typing.MatLike]:
-        self.number += 1
-        picture = dim(self.number)
-        return True, cv2.cvtColor((picture >> 8).astype(np.uint8), cv2.COLOR_GRAY2BGR) if self.converts else picture
-
-
-def test_a_camera_of_16_bits_gives_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cv2, "VideoCapture", _Y16Camera)
-    picture = CameraSource(0, "0").read()
-    assert picture is not None and picture.grey.dtype == np.uint16
-    found = find(picture.grey)
-    assert found is not None and abs(found.column - 301.0) < 1.0 and abs(found.row - 200.0) < 1.0
 
 
 def test_bits_that_are_never_used_do_not_count_as_steps() -> None:
