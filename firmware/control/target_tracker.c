@@ -2,6 +2,7 @@
 
 #include "base/scalar.h"
 
+#define LEAST_UNTAKEN 0.1f
 #define MAX_STRAIGHT_RAD_S 1.0f /* faster ones count as this fast in the jerk */
 
 control_status target_tracker_check(const target_tracker_params *params) {
@@ -53,9 +54,9 @@ static void propagate(target_tracker_state *state, float los_rate_rad_s, float d
   state->target_rate_rad_s += state->target_acceleration_rad_s2 * dt_s;
 }
 
-static target_tracker_gains gains_after(int ticks, const target_tracker_params *params, float dt_s) {
+target_tracker_gains target_tracker_gains_after(int ticks, float estimator_rad_s, float dt_s) {
   const float interval_s = scalar_max((float)ticks, 1.0f) * dt_s;
-  const float pole = scalar_exp_minus(params->estimator_rad_s * interval_s);
+  const float pole = scalar_exp_minus(estimator_rad_s * interval_s);
   const float gap = 1.0f - pole;
   return (target_tracker_gains){.ticks = ticks,
                                 .alpha = 1.0f - pole * pole * pole,
@@ -66,7 +67,20 @@ static target_tracker_gains gains_after(int ticks, const target_tracker_params *
 
 target_tracker_gains target_tracker_prepare_gains(const target_tracker_state *state,
                                                   const target_tracker_params *params, float dt_s) {
-  return gains_after(ticks_after(state->ticks_since_frame), params, dt_s);
+  return target_tracker_gains_after(ticks_after(state->ticks_since_frame), params->estimator_rad_s, dt_s);
+}
+
+/* What a frame with this residual changes. The corrections are those at exposure, extrapolated to now. */
+static inline __attribute__((always_inline)) void add_correction(target_tracker_state *state,
+                                                                 const target_tracker_gains *gains, int age_ticks,
+                                                                 float residual_rad, float dt_s) {
+  const float age_s = (float)age_ticks * dt_s;
+  const float rate_step_rad_s = gains->beta * residual_rad / gains->interval_s;
+  const float acceleration_step_rad_s2 = gains->gamma * residual_rad / (gains->interval_s * gains->interval_s);
+  state->error_rad +=
+      gains->alpha * residual_rad + rate_step_rad_s * age_s + 0.5f * acceleration_step_rad_s2 * age_s * age_s;
+  state->target_rate_rad_s += rate_step_rad_s + acceleration_step_rad_s2 * age_s;
+  state->target_acceleration_rad_s2 += acceleration_step_rad_s2;
 }
 
 /* Corrects the estimate with a frame; the residual belongs to the time of exposure. */
@@ -77,15 +91,20 @@ static void correct(target_tracker_state *state, const target_tracker_gains *gai
   const float expected_rad =
       state->error_rad + target_tracker_los_motion_rad(state, age_ticks, dt_s) - target_motion_rad;
   const float residual_rad = error_rad - expected_rad;
-
-  const float rate_step_rad_s = gains->beta * residual_rad / gains->interval_s;
-  const float acceleration_step_rad_s2 = gains->gamma * residual_rad / (gains->interval_s * gains->interval_s);
   state->untaken_rad = (1.0f - gains->alpha) * residual_rad;
-  /* The corrections are those at exposure; extrapolate them to now. */
-  state->error_rad +=
-      gains->alpha * residual_rad + rate_step_rad_s * age_s + 0.5f * acceleration_step_rad_s2 * age_s * age_s;
-  state->target_rate_rad_s += rate_step_rad_s + acceleration_step_rad_s2 * age_s;
-  state->target_acceleration_rad_s2 += acceleration_step_rad_s2;
+  add_correction(state, gains, age_ticks, residual_rad, dt_s);
+}
+
+float target_tracker_residual_rad(const target_tracker_state *state, const target_tracker_gains *gains) {
+  const float untaken = 1.0f - gains->alpha;
+  return untaken < LEAST_UNTAKEN ? 0.0f : state->untaken_rad / untaken;
+}
+
+void target_tracker_take_back(target_tracker_state *state, const target_tracker_gains *gains, int age_ticks,
+                              float dt_s) {
+  add_correction(state, gains, age_ticks, -target_tracker_residual_rad(state, gains), dt_s);
+  state->untaken_rad = 0.0f;
+  state->ticks_since_frame = gains->ticks;
 }
 
 static void acquire(target_tracker_state *state, int age_ticks, float error_rad, float los_rate_rad_s, float dt_s) {
@@ -112,7 +131,8 @@ static void take_frame(target_tracker_state *state, const target_tracker_params 
   } else if (!state->locked) {
     acquire(state, frame->age_ticks, frame->error_rad, los_rate_rad_s, dt_s);
   } else {
-    const target_tracker_gains gains = gains_after(state->ticks_since_frame, params, dt_s);
+    const target_tracker_gains gains =
+        target_tracker_gains_after(state->ticks_since_frame, params->estimator_rad_s, dt_s);
     correct(state, &gains, frame->age_ticks, frame->error_rad, dt_s);
   }
   state->ticks_since_frame = 0;
@@ -198,7 +218,8 @@ void target_tracker_step_components(target_tracker_state components[2], const ta
     return;
   }
   const int ticks = components[0].ticks_since_frame;
-  const target_tracker_gains gains = prepared->ticks == ticks ? *prepared : gains_after(ticks, params, dt_s);
+  const target_tracker_gains gains =
+      prepared->ticks == ticks ? *prepared : target_tracker_gains_after(ticks, params->estimator_rad_s, dt_s);
   for (int i = 0; i < 2; ++i) {
     if (components[i].locked) {
       correct(&components[i], &gains, frame->age_ticks, error_rad[i], dt_s);

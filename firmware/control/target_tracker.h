@@ -68,6 +68,16 @@ void target_tracker_reset(target_tracker_state *state);
  * rad. */
 float target_tracker_los_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s);
 
+/* Returns the gains of a frame `ticks` after the one before, at least 1. */
+target_tracker_gains target_tracker_gains_after(int ticks, float estimator_rad_s, float dt_s);
+
+/* Returns what the frame of this tick said beyond the estimate before it, rad, and takes it back, as if it had not
+ * come. Call in the ms in which it came, after the tick; `gains` and `age_ticks` are those by which it counted. A frame
+ * that counted almost in full, after a long time, has no residual: 0. */
+float target_tracker_residual_rad(const target_tracker_state *state, const target_tracker_gains *gains);
+void target_tracker_take_back(target_tracker_state *state, const target_tracker_gains *gains, int age_ticks,
+                              float dt_s);
+
 /* Returns the gains of a frame in the next tick. Call between two ticks. */
 target_tracker_gains target_tracker_prepare_gains(const target_tracker_state *state,
                                                   const target_tracker_params *params, float dt_s);

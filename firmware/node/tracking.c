@@ -21,6 +21,7 @@ void tracking_forget(target_tracking *self) {
   self->objects.dither_s = 0;
   self->picture = (frozen_picture){0};
   self->jumps = (jumping_picture){0};
+  self->strays = (stray_frames){0};
   picture_check_reset(&self->orientation);
   self->arrived = false;
   self->stale = false;
@@ -275,6 +276,7 @@ void tracking_prepare(target_tracking *self, const servo_params *servo, float az
   self->prepared = pointing_configure(&self->line_of_sight, &params) == CONTROL_OK;
   for (int i = 0; i < SERVO_AXES; ++i) {
     self->predicts[i] = servo->axis[i].tracker.kind == TRACKER_PREDICTIVE;
+    self->estimator_rad_s[i] = servo->axis[i].tracker.estimator_rad_s;
   }
   self->coast_s = params.tracker.coast_s;
   self->rate_rad_s = params.tracker.rate_limit_rad_s;
@@ -436,6 +438,7 @@ bool tracking_is_stale(const target_tracking *self) { return self->stale; }
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
   camera_objects *objects = &self->objects;
   const bool tracks = azimuth->tracking != DRIVE_NOT_TRACKING || pitch->tracking != DRIVE_NOT_TRACKING;
+  tracking_drop_stray_frame(self, azimuth, pitch, tracks);
   count_drops(self, tracks);
   if (tracks || self->tracked) {
     begin(self, SERVO_AZIMUTH, azimuth);

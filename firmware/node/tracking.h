@@ -19,6 +19,7 @@
 #include "servo/picture_check.h"
 #include "servo/pointing.h"
 #include "servo/servo_board.h"
+#include "servo/stray_frame.h"
 
 /* From each joint by itself to both together and back. What one way knows of the target is handed to the other in the
  * deferred task, because the tick of a new mode is long enough. */
@@ -41,6 +42,7 @@ typedef struct {
   camera_input frames;
   frozen_picture picture;
   jumping_picture jumps;
+  stray_frames strays;
   picture_check orientation;
   bool tracked;         /* an axis, since `orientation` was reset */
   uint16_t drops;       /* frames in a row that did not count while an axis tracked */
@@ -54,13 +56,14 @@ typedef struct {
   pointing_output target;         /* likewise */
   servo_target joint[SERVO_AXES]; /* for the drives */
   return_prediction back;
-  uint32_t locked_ticks;     /* for so long both axes have had a target */
-  float coast_s;             /* 2011:5 of the azimuth */
-  joint_vector rate_rad_s;   /* 2010:2 of both */
-  float dither_rad_s;        /* of the next tick, on the elevation */
-  bool predicts[SERVO_AXES]; /* 2011:1 */
-  bool prepared;             /* `line_of_sight` has valid gains, and knows no target until they track */
-  uint32_t prepared_changes; /* those gains */
+  uint32_t locked_ticks;             /* for so long both axes have had a target */
+  float coast_s;                     /* 2011:5 of the azimuth */
+  joint_vector rate_rad_s;           /* 2010:2 of both */
+  float dither_rad_s;                /* of the next tick, on the elevation */
+  bool predicts[SERVO_AXES];         /* 2011:1 */
+  float estimator_rad_s[SERVO_AXES]; /* 2011:4 */
+  bool prepared;                     /* `line_of_sight` has valid gains, and knows no target until they track */
+  uint32_t prepared_changes;         /* those gains */
   tracking_phase phase;
   turn_back turn;
 } target_tracking;

@@ -52,6 +52,48 @@ static bool follows(const target_tracking *self, const drive_axis *azimuth, cons
          !(by_pitch && self->held_back[SERVO_PITCH]);
 }
 
+/* What the frame of this ms says beyond what was known, of the axes that follow. */
+static image_vector residual_of(const target_tracker_state states[2], const target_tracker_gains gains[2],
+                                const bool follow[2]) {
+  image_vector residual = {0};
+  if (follow[0]) {
+    residual.x = target_tracker_residual_rad(&states[0], &gains[0]);
+  }
+  if (follow[1]) {
+    residual.y = target_tracker_residual_rad(&states[1], &gains[1]);
+  }
+  return residual;
+}
+
+void tracking_drop_stray_frame(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, bool tracks) {
+  stray_frames *strays = &self->strays;
+  if (!tracks) {
+    stray_frames_settle(strays, false);
+    return;
+  }
+  const bool together = tracking_is_together(self);
+  target_tracker_state *states = together ? self->line_of_sight.tracker.along : self->joints.axis;
+  stray_frames_pass_ms(strays);
+  if (self->frames.taken != self->objects.taken && states[0].ticks_since_frame == 0) {
+    const bool follow[2] = {together || (azimuth->motion.followed != NULL && self->predicts[SERVO_AZIMUTH]),
+                            together || (pitch->motion.followed != NULL && self->predicts[SERVO_PITCH])};
+    const int others = together ? SERVO_AZIMUTH : SERVO_PITCH; /* the azimuth's estimator is that of both */
+    const target_tracker_gains gains[2] = {
+        target_tracker_gains_after(strays->ms, self->estimator_rad_s[SERVO_AZIMUTH], SERVO_TICK_S),
+        target_tracker_gains_after(strays->ms, self->estimator_rad_s[others], SERVO_TICK_S)};
+    if (stray_frames_take(strays, residual_of(states, gains, follow))) {
+      const int age_ticks = camera_delay_age(&self->delay, &self->objects.delay, self->objects.age_ms);
+      for (int i = 0; i < 2; ++i) {
+        target_tracker_take_back(&states[i], &gains[i], age_ticks, SERVO_TICK_S);
+      }
+      camera_input_take_back(&self->frames, CAMERA_STRAY);
+      camera_delay_leave_out(&self->delay);
+      return;
+    }
+  }
+  stray_frames_settle(strays, self->orientation.verdict != PICTURE_NOT_JUDGED && follows(self, azimuth, pitch));
+}
+
 static bool is_out_of_sight(const target_tracking *self) {
   const int coast_ticks = (int)(PICTURE_UNPROVEN_COAST_S / SERVO_TICK_S);
   return self->orientation.verdict == PICTURE_NOT_JUDGED &&

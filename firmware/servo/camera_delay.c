@@ -34,6 +34,10 @@ void camera_delay_notice(camera_delay *self, const pointing_frame *frame) {
   }
 }
 
+void camera_delay_leave_out(camera_delay *self) {
+  self->stage = self->stage == CAMERA_DELAY_FRAME ? CAMERA_DELAY_WAITS : self->stage;
+}
+
 static image_vector minus(image_vector a, image_vector b) { return (image_vector){.x = a.x - b.x, .y = a.y - b.y}; }
 
 static void gather(camera_delay *self, const pointing_tracker_state *tracker, float count_rad, float tick_s) {

@@ -60,6 +60,9 @@ int camera_delay_age(const camera_delay *self, const camera_delay_params *params
 /* Takes a frame of this tick, with the age that its sender states, aligned as for pointing_step. */
 void camera_delay_notice(camera_delay *self, const pointing_frame *frame);
 
+/* Leaves out the frame of this ms, which does not count. */
+void camera_delay_leave_out(camera_delay *self);
+
 /* Continues the estimate. Call once per ms after the tick. `count_rad`: to which the frames' errors are rounded;
  * `tracks`: both axes follow the estimate of `tracker`. */
 void camera_delay_step(camera_delay *self, const camera_delay_params *params, const pointing_tracker_state *tracker,

@@ -59,7 +59,8 @@ typedef enum {
   CAMERA_FROZEN = 6,        /* servo/frozen_picture.h */
   CAMERA_PICTURE_WRONG = 7, /* servo/picture_check.h */
   CAMERA_BEYOND = 8,        /* its error is at the end of int16_t, or above pi, the tangent of 72 degrees */
-  CAMERA_JUMPS = 9          /* servo/jumping_picture.h */
+  CAMERA_JUMPS = 9,         /* servo/jumping_picture.h */
+  CAMERA_STRAY = 10         /* servo/stray_frame.h */
 } camera_drop;
 
 typedef struct {

@@ -57,11 +57,11 @@ static const od_entry kEntries[] = {
     REPORTS(OD_U32, 2, missed, U32_HIGHEST, "", "Camera frames missed", "Counters that were skipped"),
     REPORTS(OD_U32, 3, dropped, U32_HIGHEST, "", "Camera frames dropped", "Frames that did not count, see 3072:4"),
     REPORTS(
-        OD_U8, 4, last_drop, 9, "", "Camera last drop",
+        OD_U8, 4, last_drop, 10, "", "Camera last drop",
         "Why: 0: none dropped; 1: not newer than the last one; 2: older than 127 ms; 3: exposed later than now; "
         "4: quality above 100; 5: 1013 has just been set, and 3070:3 can be meant in both ways; 6: a frozen picture; "
         "7: 3072:9 is 3, 4 or 5; 8: an error of 32767 counts, or above 3.14, a target 72 degrees off; "
-        "9: errors that jump to and fro from frame to frame"),
+        "9: errors that jump to and fro from frame to frame; 10: one far from those around it"),
     REPORTS(
         OD_U8, 5, azimuth_tracking, 6, "", "Azimuth tracking state",
         "0: not tracking; 1: searching; 2: acquiring; 3: on target; 4: coasting; 5: target lost; 6: stopped by 3072:9"),

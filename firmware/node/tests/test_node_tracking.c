@@ -565,6 +565,39 @@ static void test_errors_that_jump_to_and_fro_do_not_turn_the_axes(void) {
   }
 }
 
+/* The camera sees something else in one frame, so far beside the target, while the azimuth or both axes follow it. */
+static void test_a_single_frame_of_something_else_moves_no_axis(void) {
+  const double beside_rad[] = {30e-3, 3e-3, -0.5e-3};
+  for (unsigned row = 0; row < 6; ++row) {
+    const bool both = row < 3;
+    setUp();
+    world.rate_rad_s = 0.02;
+    enable(0, TRACKING);
+    if (both) {
+      enable(PITCH, TRACKING);
+    }
+    follow_for(6000);
+    const uint32_t taken = node.tracking.frames.taken;
+    const uint32_t dropped = node.tracking.frames.dropped;
+    while (world.ms % FRAME_MS != 1) {
+      follow_for(1);
+    }
+    send_frame(beside_rad[row % 3], beside_rad[row % 3] / 2.0, joint_rad(1), true);
+    double worst_rad = 0.0;
+    for (int ms = 0; ms < 500; ++ms) {
+      follow_for(1);
+      worst_rad = fmax(worst_rad, fabs(world.azimuth_rad - joint_rad(0)));
+      worst_rad = fmax(worst_rad, both ? fabs(world.pitch_rad - joint_rad(1)) : 0.0);
+    }
+    LOG_VALUE("error after it, rad", worst_rad);
+    CHECK_AT_MOST("error after it, rad", 5e-6, worst_rad);
+    TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, DROPPED) - dropped);
+    TEST_ASSERT_EQUAL(CAMERA_STRAY, get(CAMERA_STATE, LAST_DROP) & 0xFF);
+    TEST_ASSERT_TRUE(get(CAMERA_STATE, TAKEN) - taken >= 25);
+    TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+  }
+}
+
 /* The same camera finds the target again: its place is what counts. */
 static void test_frames_count_again_when_they_agree(void) {
   enable(0, TRACKING);
@@ -1086,6 +1119,7 @@ int main(void) {
   RUN_TEST(test_a_counter_that_stands_is_told);
   RUN_TEST(test_a_sender_may_begin_anew_as_often_as_it_likes_before_tracking);
   RUN_TEST(test_errors_that_jump_to_and_fro_do_not_turn_the_axes);
+  RUN_TEST(test_a_single_frame_of_something_else_moves_no_axis);
   RUN_TEST(test_frames_count_again_when_they_agree);
   RUN_TEST(test_nothing_but_the_counter_hands_a_frame_over);
   RUN_TEST(test_a_reset_of_the_node_forgets_the_frames);

@@ -32,6 +32,7 @@ DROPS = {
     8: "their errors are at the end of 16 bits, or above 3.14, a target 72° off: does 3071:1 fit the unit of 3070:1 and 3070:2?",
     9: "their errors jump to and fro from frame to frame: has the image processor lost its target, or does it take turns"
     " between two?",
+    10: "they are far from those around them, one at a time: does the image processor take something else for its target?",
 }
 """Why a frame does not count, by 3072:4."""
 UNKNOWN_INTERVAL = 65535
