@@ -3,7 +3,14 @@
 
 #include "support/check.h"
 
-enum { PROTECTION = 0x2060, TRAVEL_MINIMUM = 9, TRAVEL_MAXIMUM, DECELERATION = 19, TRAVEL_KIND = 21 };
+enum {
+  PROTECTION = 0x2060,
+  TRAVEL_MINIMUM = 9,
+  TRAVEL_MAXIMUM,
+  STOPPING_MARGIN = 17,
+  DECELERATION = 19,
+  TRAVEL_KIND = 21
+};
 enum { ENVELOPE = 0x2061, RESTRICTIONS = 1, TURN, LOWEST_TURN, HIGHEST_TURN, CONFIRMED, FASTEST_DOWN, FASTEST_UP };
 enum { ACCESS = 0x3040, PP = 1, PV = 3, CSV = 9 };
 
@@ -71,6 +78,28 @@ static void test_the_fastest_rate_is_on_the_bus(void) {
   machine.axis[0].turns = 0.95 / 6.283185307;
   wait_ms(16); /* to the encoder it is a jump: the turn is looked for again */
   CHECK_NEAR("rad/s", sqrt(2.0 * 5.0 / 1.0609 * 0.05), get_float(ENVELOPE, FASTEST_UP), 0.03);
+}
+
+/* 2060:17: the ramps of pp and pv end this far before the ends of the travel; here 607D allows all of it. */
+static void test_no_ramp_goes_into_the_stopping_margin(void) {
+  static const int8_t modes[] = {PP, PV};
+  for (unsigned i = 0; i < sizeof modes / sizeof modes[0]; ++i) {
+    for (int side = -1; side <= 1; side += 2) {
+      node_bench_start();
+      limit_travel(-0.5f, 0.5f);
+      SET_FLOAT(PROTECTION, STOPPING_MARGIN, 0.2f);
+      SET(0x6007, 0, 0);
+      SET(0x607D, 1, (uint32_t)-5000000);
+      SET(0x607D, 2, 5000000);
+      enable(0, modes[i]);
+      SET(0x607A, 0, (uint32_t)(side * 5000000));
+      SET(0x60FF, 0, (uint32_t)(side * 3000000));
+      command(0, 0x1F);
+      wait_ms(3000);
+      TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+      CHECK_NEAR("rad", side * 0.3, machine.axis[0].turns * 6.283185307, 1e-3);
+    }
+  }
 }
 
 /* 6072 = 0 and a push; a second and a third time after a reset. */
@@ -203,6 +232,21 @@ static void test_a_second_without_the_encoder_forgets_the_turn(void) {
   TEST_ASSERT_EQUAL(2, restrictions());
 }
 
+/* While its encoder is silent, the last rate of the axis is no reason to push: what protection hands to the drive. */
+static void test_without_an_angle_protection_demands_no_torque(void) {
+  SET(0x6007, 0, 0);
+  enable(0, PV);
+  SET(0x60FF, 0, 500000);
+  wait_ms(2000);
+  CHECK_NEAR("rad/s", 0.5, machine.axis[0].rate_rad_s, 1e-2);
+  machine.axis[0].encoder_failed = true;
+  for (int ms = 0; ms < 20; ++ms) {
+    wait_ms(1);
+    TEST_ASSERT_EQUAL(FAULT_ENCODER_LOST, node.axis[0].drive.fault);
+    CHECK_SAME("Nm", 0.0, node.axis[0].inputs.protective_nm);
+  }
+}
+
 /* Two wrong readings, each less than half a turn from the last: the count of turns is then one too high. */
 static void read_a_turn_too_many(uint32_t wait_before_ms) {
   const double turns = machine.axis[0].turns;
@@ -276,12 +320,14 @@ int main(void) {
   RUN_TEST(test_without_a_travel_an_axis_is_not_enabled_and_says_so);
   RUN_TEST(test_commissioning_is_slow);
   RUN_TEST(test_the_fastest_rate_is_on_the_bus);
+  RUN_TEST(test_no_ramp_goes_into_the_stopping_margin);
   RUN_TEST(test_an_axis_without_torque_is_stopped_before_the_end_every_time);
   RUN_TEST(test_an_ordered_stop_that_the_axis_does_not_follow_is_a_fault);
   RUN_TEST(test_a_start_in_an_unknown_turn_is_confirmed_by_the_operator);
   RUN_TEST(test_a_target_waits_while_the_turn_is_unknown_and_is_dropped_then);
   RUN_TEST(test_the_only_turn_within_the_travel_is_taken);
   RUN_TEST(test_a_second_without_the_encoder_forgets_the_turn);
+  RUN_TEST(test_without_an_angle_protection_demands_no_torque);
   RUN_TEST(test_after_an_encoder_that_jumps_the_turn_is_found_again);
   RUN_TEST(test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown);
   RUN_TEST(test_an_axis_outside_of_its_travel_is_moved_inwards_only);

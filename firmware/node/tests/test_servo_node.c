@@ -566,6 +566,29 @@ static void test_a_queue_that_is_full_loses_frames_and_says_so(void) {
 /* --- objects
  * -------------------------------------------------------------------------------------------------------- */
 
+/* 2010:2 limits the position loop. A ramp of pp or csp that were faster would leave the axis behind. */
+static void test_a_move_is_no_faster_than_the_position_loop(void) {
+  static const int8_t modes[] = {1, CSP};
+  for (unsigned i = 0; i < sizeof modes / sizeof modes[0]; ++i) {
+    node_bench_start();
+    SET_FLOAT(0x2010, 2, 0.1f);
+    SET(0x2070, 1, 1);
+    SET(0x6007, 0, 0);
+    SET(0x6081, 0, 500000);
+    enable(0, modes[i]);
+    SET(0x607A, 0, 2000000);
+    command(0, 0x1F);
+    double fastest_rad_s = 0.0;
+    for (int ms = 0; ms < 1500; ++ms) {
+      wait_ms(1);
+      fastest_rad_s = fmax(fastest_rad_s, fabs((double)node.axis[0].drive.motion.ramp.rate_rad_s));
+      CHECK_NEAR("behind, 1e-7 rad", 0.0, (double)(int32_t)node.axis[0].objects.position.following_error, 50000.0);
+    }
+    CHECK_NEAR("rad/s", 0.1, fastest_rad_s, 1e-3);
+    TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  }
+}
+
 /* 607F = FFFFFFFF is the usual value for "no limit": the limit is then 80 % of 2060:1, whatever the other objects
  * are. */
 static void test_no_limit_of_607f_leaves_the_machine_its_own(void) {
@@ -946,6 +969,7 @@ int main(void) {
   RUN_TEST(test_a_reset_of_the_node_is_a_fresh_start);
   RUN_TEST(test_a_reset_of_the_node_ends_an_ordered_stop);
   RUN_TEST(test_a_queue_that_is_full_loses_frames_and_says_so);
+  RUN_TEST(test_a_move_is_no_faster_than_the_position_loop);
   RUN_TEST(test_no_limit_of_607f_leaves_the_machine_its_own);
   RUN_TEST(test_the_largest_values_of_all_objects_are_plausible);
   RUN_TEST(test_the_device_types_are_those_of_two_drives_on_one_node);
