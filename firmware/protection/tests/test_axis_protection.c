@@ -835,6 +835,17 @@ static void test_the_motor_contradicts_from_the_seventh_tick_of_a_loop_on(void) 
   }
 }
 
+/* A loop may be closed for years: what counts its ticks is at its end after a few of them. */
+static void test_a_loop_that_stays_closed_counts_no_further(void) {
+  bench b = new_bench();
+  run(&b, 1000);
+  const axis_protection before = b.state;
+  run(&b, 1000);
+  TEST_ASSERT_EQUAL(before.closed_ticks, b.state.closed_ticks);
+  TEST_ASSERT_EQUAL(before.angles_known, b.state.angles_known);
+  TEST_ASSERT_EQUAL(before.witness.idle_ticks, b.state.witness.idle_ticks);
+}
+
 /* 20 ticks after the bridge was switched off, its current has decayed. */
 static void test_the_offset_is_measured_once_the_current_has_decayed(void) {
   bench b = new_bench();
@@ -980,6 +991,7 @@ int main(void) {
   RUN_TEST(test_an_axis_that_creeps_does_not_stall);
   RUN_TEST(test_a_speed_error_is_one_beyond_its_limit);
   RUN_TEST(test_the_motor_contradicts_from_the_seventh_tick_of_a_loop_on);
+  RUN_TEST(test_a_loop_that_stays_closed_counts_no_further);
   RUN_TEST(test_the_offset_is_measured_once_the_current_has_decayed);
   RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);

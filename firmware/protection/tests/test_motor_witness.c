@@ -384,6 +384,19 @@ static void test_what_was_learned_from_a_broken_sensor_can_be_forgotten(void) {
   agree(&b, 6.0f, 0.0f, 300);
 }
 
+/* A converter with an offset of 45 mA: with 1.2 ohm this is more than e, and less than the 50 mA that an offset may be
+ * which has not been measured since. */
+static void test_an_offset_that_was_forgotten_is_unknown_until_it_is_measured_again(void) {
+  bench b = new_bench();
+  b.offset_a = 0.045f;
+  rest_off(&b, 100);
+  motor_witness_forget(&b.witness);
+  CHECK_SAME("A", 0.05f, motor_witness_zero_error_a(&b.witness));
+  agree(&b, 0.0f, 0.0f, 300);
+  rest_off(&b, 50);
+  CHECK_SAME("A", 0.0, motor_witness_zero_error_a(&b.witness));
+}
+
 /* An error this large is a fault of the current sensor. */
 static void test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor(void) {
   bench b = new_bench();
@@ -495,6 +508,7 @@ int main(void) {
   RUN_TEST(test_an_inductance_within_the_tolerance_agrees_with_a_current_that_swings);
   RUN_TEST(test_the_back_emf_is_learned_from_a_motion_and_forgotten_slowly);
   RUN_TEST(test_the_offset_counts_as_known_after_50_ticks_without_current);
+  RUN_TEST(test_an_offset_that_was_forgotten_is_unknown_until_it_is_measured_again);
   RUN_TEST(test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor);
   RUN_TEST(test_ticks_with_an_error_beyond_the_voltage_mismatch_are_not_counted);
   RUN_TEST(test_at_full_current_an_error_of_9_V_is_found);

@@ -97,9 +97,11 @@ static void test_swings_of_600_ticks_and_more_are_no_oscillation(void) {
 typedef struct {
   int ticks; /* of a swing */
   bool suspect;
-  bool known;     /* the set-point, from outside */
-  float rest_nm;  /* of the load, by the end of the rest */
-  float added_nm; /* a stimulus that alternates as fast */
+  bool known;         /* the set-point, from outside */
+  float rest_nm;      /* of the load, by the end of the rest */
+  float added_nm;     /* a stimulus that alternates as fast */
+  float ripple_rad_s; /* the wind's during the rest: too small to be a swing */
+  bool backwards;     /* the first swing */
 } slow_swings;
 
 static int slow_swings_seen_after(slow_swings s) {
@@ -111,8 +113,10 @@ static int slow_swings_seen_after(slow_swings s) {
   const float slope_rad_s2 = 0.2f;
   float rate_rad_s = 0.0f;
   float load_nm = 0.0f;
+  const float first = s.backwards ? -1.0f : 1.0f;
   for (int tick = -REST_TICKS; tick < 3000; ++tick) {
-    const float side = tick < 0 ? 0.0f : tick / s.ticks % 2 == 0 ? 1.0f : -1.0f;
+    const float side = tick < 0 ? 0.0f : tick / s.ticks % 2 == 0 ? first : -first;
+    rate_rad_s = tick < 0 ? s.ripple_rad_s * sinf(TURN_RAD * (float)tick / 250.0f) : rate_rad_s;
     load_nm += tick < 0 ? s.rest_nm / (float)REST_TICKS : 0.0f;
     const oscillation_inputs in = {.closed = true,
                                    .reference_known = s.known,
@@ -141,11 +145,19 @@ static void test_two_slow_swings_do_not_suffice_while_camera_or_stimulus_may_mak
       3, 740, slow_swings_seen_after((slow_swings){.ticks = 200, .suspect = true, .known = true, .added_nm = 1.0f}));
 }
 
-/* The slow mean of the torque lags a load that grows; that must not explain a swing that comes later. */
+/* The slow mean of the torque lags a load that grows; that must not explain a swing that comes later. Nor does the time
+ * of the rest belong to the swing. */
 static void test_what_happened_at_rest_explains_no_swing(void) {
   for (int side = -1; side <= 1; side += 2) {
-    const slow_swings s = {.ticks = 200, .suspect = true, .known = true, .rest_nm = 12.0f * (float)side};
-    TEST_ASSERT_INT_WITHIN(5, 340, slow_swings_seen_after(s));
+    for (int row = 0; row < 3; ++row) {
+      const slow_swings s = {.ticks = 200,
+                             .suspect = true,
+                             .known = true,
+                             .rest_nm = 12.0f * (float)side,
+                             .ripple_rad_s = row == 0 ? 0.0f : 0.002f,
+                             .backwards = row == 2};
+      TEST_ASSERT_INT_WITHIN(row == 0 ? 5 : 15, 340, slow_swings_seen_after(s));
+    }
   }
 }
 
@@ -368,6 +380,25 @@ static void test_torque_swings_of_20_ticks_and_more_do_not_count(void) {
 static void test_a_torque_from_outside_explains_swings_of_twice_its_size(void) {
   TEST_ASSERT_EQUAL(9 * 4, square_seen_after(true, 4, 20.0f, 9.9f));
   TEST_ASSERT_EQUAL(-1, square_seen_after(true, 4, 20.0f, 10.6f));
+}
+
+/* Added from outside for a single tick, in either direction. It fades with 0.1 s: it explains swings of 40 Nm as long
+ * as twice of what is left is more. The first swing after that counts, and three more of them are enough. */
+static void test_a_torque_that_was_added_explains_the_swings_of_the_next_ticks(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    oscillation state;
+    oscillation_reset(&state);
+    oscillation_params plant = kPlant;
+    plant.suspect = true;
+    int seen = -1;
+    for (int tick = 0; tick < 1000 && seen < 0; ++tick) {
+      const oscillation_inputs in = {.closed = true,
+                                     .loop_nm = tick / 4 % 2 == 0 ? 20.0f : -20.0f,
+                                     .added_nm = tick == 2 ? 39.0f * (float)side : 0.0f};
+      seen = oscillation_step(&state, &plant, &in, DT_S) ? tick : -1;
+    }
+    TEST_ASSERT_INT_WITHIN(4, 2 + 66 + 9 * 4, seen);
+  }
 }
 
 /* From rest, the motor makes `share` of the motion that its constant torque drives away from the set-point. */
@@ -606,6 +637,7 @@ int main(void) {
   RUN_TEST(test_a_slow_motion_of_the_set_point_explains_no_fast_torque);
   RUN_TEST(test_torque_swings_of_20_ticks_and_more_do_not_count);
   RUN_TEST(test_a_torque_from_outside_explains_swings_of_twice_its_size);
+  RUN_TEST(test_a_torque_that_was_added_explains_the_swings_of_the_next_ticks);
   RUN_TEST(test_at_rest_12_percent_of_the_torque_in_the_wrong_direction_is_too_much);
   RUN_TEST(test_after_a_step_of_the_set_point_60_percent_in_the_wrong_direction_are_too_much);
   RUN_TEST(test_a_second_after_a_step_of_the_set_point_15_percent_are_too_much_again);
