@@ -182,6 +182,27 @@ static void test_a_download_announced_with_the_largest_size_is_refused_at_once(v
   TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
 }
 
+/* The text has a room of 16 bytes, the server one of 64. Nothing beyond either is written, whatever was announced. */
+static void test_a_segment_beyond_the_room_is_refused_and_changes_nothing(void) {
+  static const struct {
+    uint8_t start[8];
+    uint32_t good; /* segments of 7 bytes that still fit */
+  } rows[] = {{{0x20, 0x00, 0x2F, 10}, 9}, {{0x21, 0x00, 0x2F, 10, 8}, 1}, {{0x21, 0x01, 0x2F, 0, 20}, 2}};
+  for (uint32_t row = 0; row < sizeof rows / sizeof rows[0]; row++) {
+    uint8_t answer[8];
+    bench_sdo(rows[row].start, answer);
+    TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+    for (uint32_t n = 0; n <= rows[row].good; n++) {
+      const uint8_t segment[8] = {n % 2 == 0 ? 0x00 : 0x10, 1, 2, 3, 4, 5, 6, 7};
+      bench_sdo(segment, answer);
+      TEST_ASSERT_EQUAL_HEX32(n < rows[row].good ? 0 : 0x06070012, abort_of(answer));
+    }
+    TEST_ASSERT_EQUAL(SDO_IDLE, SERVER->state);
+    TEST_ASSERT_EQUAL_STRING("hello world", bench.device.values.text);
+    TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+  }
+}
+
 static void test_silent_client_is_timed_out_and_reported(void) {
   const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
   uint8_t answer[8];
@@ -268,6 +289,30 @@ static void test_an_abort_of_another_client_makes_the_next_transfer_wait(void) {
   TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
   bench_wait_ms(SDO_QUIET_MS);
   TEST_ASSERT_EQUAL_HEX8(0x41, bench_last(0x585)->data[0]);
+}
+
+/* A client whose download was refused can have taken the other one's confirmation for its own, and may send a segment
+ * yet. A block segment without a number can be the other client's request. */
+static void test_a_refused_download_makes_the_next_transfer_wait(void) {
+  static const uint8_t refused[8] = {0x21, 0x00, 0x2F, 8, 9};
+  static const uint8_t by_block[8] = {0xC6, 0x01, 0x2F, 0, 100};
+  static const uint8_t no_sequence[8] = {0x00};
+  uint8_t answer[8];
+  for (int row = 0; row < 2; row++) {
+    if (row == 0) {
+      bench_sdo(refused, answer);
+      TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
+    } else {
+      bench_sdo(by_block, answer);
+      bench_sdo(no_sequence, answer);
+      TEST_ASSERT_EQUAL_HEX32(0x05040003, abort_of(answer));
+    }
+    bench_sdo(upload_text, answer);
+    TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
+    bench_wait_ms(SDO_QUIET_MS);
+    TEST_ASSERT_EQUAL_HEX8(0x41, bench_last(0x585)->data[0]);
+    bench_wait_ms(SDO_QUIET_MS);
+  }
 }
 
 static void test_a_client_that_has_been_silent_is_taken_for_gone(void) {
@@ -506,6 +551,27 @@ static void test_wrong_crc_and_wrong_size_change_nothing(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06070012, block_download(other, TEST_DEVICE_STREAM + 1, 0, 0));
   TEST_ASSERT_EQUAL(100, bench.device.stream_size);
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+/* An object of 4 bytes gets 7. The first reason is told: neither the CRC nor that the transfer has ended. */
+static void test_a_block_that_is_longer_than_its_object_is_refused_as_too_long(void) {
+  for (uint8_t with_crc = 0; with_crc < 2; with_crc++) {
+    for (uint8_t with_size = 0; with_size < 2; with_size++) {
+      const uint8_t start[8] = {(uint8_t)(0xC0 | with_crc << 2 | with_size << 1), 0x00, 0x2F, 7, 4 * with_size};
+      const uint8_t segment[8] = {0x81, 1, 2, 3, 4, 5, 6, 7};
+      const uint8_t end[8] = {0xC1, 0x12, 0x34};
+      uint8_t answer[8];
+      const uint32_t before = bench.device.values.u32;
+      bench_sdo(start, answer);
+      TEST_ASSERT_EQUAL_HEX8(0xA0, answer[0] & 0xFB);
+      bench_sdo(segment, answer);
+      TEST_ASSERT_EQUAL_HEX8(0xA2, answer[0]);
+      bench_sdo(end, answer);
+      TEST_ASSERT_EQUAL_HEX32(with_size != 0 || with_crc == 0 ? 0x06070012 : 0x05040004, abort_of(answer));
+      TEST_ASSERT_EQUAL_HEX32(before, bench.device.values.u32);
+      bench_wait_ms(SDO_QUIET_MS);
+    }
+  }
 }
 
 /* Reads 2F02 by block upload with sub-blocks of `block`; every `lose`-th segment is not confirmed once. */
@@ -1122,6 +1188,7 @@ int main(void) {
   RUN_TEST(test_segmented_download_must_bring_what_it_announced);
   RUN_TEST(test_a_text_may_be_shorter_than_its_room);
   RUN_TEST(test_a_download_announced_with_the_largest_size_is_refused_at_once);
+  RUN_TEST(test_a_segment_beyond_the_room_is_refused_and_changes_nothing);
   RUN_TEST(test_silent_client_is_timed_out_and_reported);
   RUN_TEST(test_new_request_replaces_a_transfer_that_was_left);
   RUN_TEST(test_a_second_clients_transfer_waits_until_the_first_cannot_go_on);
@@ -1129,6 +1196,7 @@ int main(void) {
   RUN_TEST(test_two_clients_that_wait_are_both_refused);
   RUN_TEST(test_an_expedited_request_never_waits);
   RUN_TEST(test_an_abort_of_another_client_makes_the_next_transfer_wait);
+  RUN_TEST(test_a_refused_download_makes_the_next_transfer_wait);
   RUN_TEST(test_a_client_that_has_been_silent_is_taken_for_gone);
   RUN_TEST(test_no_initiate_request_is_taken_for_a_block_segment);
   RUN_TEST(test_a_request_that_meets_an_answer_under_way_comes_after_it);
@@ -1140,6 +1208,7 @@ int main(void) {
   RUN_TEST(test_block_download_of_any_length_arrives_bit_exact);
   RUN_TEST(test_lost_segment_is_sent_again);
   RUN_TEST(test_wrong_crc_and_wrong_size_change_nothing);
+  RUN_TEST(test_a_block_that_is_longer_than_its_object_is_refused_as_too_long);
   RUN_TEST(test_block_upload_of_any_length_arrives_bit_exact);
   RUN_TEST(test_a_block_upload_without_a_crc_has_none);
   RUN_TEST(test_full_bus_delays_an_upload_and_loses_nothing);
