@@ -79,7 +79,7 @@ static const od_entry value_rows[] = {
     OD_FIXED(OD_UNSIGNED16, 2, 0x2F00, 12, OD_TPDO, 0x1234, "A constant", "Read only."),
     OD_STREAM(0x2F01, 0, OD_RW, "A stream", "Any bytes."),
     OD_STREAM(0x2F02, 0, OD_RO, "A capture", "The bytes of the stream, read only."),
-    OD_U8(0x2F10, 0, OD_RW, 0, test_values, moody, 0, 255, 0, "", "A moody value", "Has its days."),
+    OD_U8(0x2F10, 0, OD_RW, OD_RPDO, test_values, moody, 0, 255, 0, "", "A moody value", "Has its days."),
     OD_U8(0x2F11, 0, OD_RW, 0, test_values, slow, 0, 255, 0, "", "A slow value", "Takes some ticks."),
     OD_U8(0x2F12, 0, OD_RW, OD_RPDO, test_values, command, 0, 99, 0, "", "A command", "Is counted, or fails."),
     OD_U16(0x2F20, 0, OD_RW, 0, test_values, error, 0, 65535, 0, "", "An error", "Raises, or clears with 0."),

@@ -601,6 +601,20 @@ static void test_lss_selects_the_node_by_its_identity(void) {
   TEST_ASSERT_EQUAL_HEX8(0x44, bench_last(0x7E4)->data[0]);
 }
 
+/* Vendor and product are asked for in one ms: the second answer does not replace the first. */
+static void test_lss_requests_that_come_together_are_each_answered(void) {
+  const uint8_t configure[8] = {0x04, 1};
+  bench_give(0x7E5, 8, configure);
+  bench_wait_ms(1);
+  bench.sent = 0;
+  bench_give(0x7E5, 8, (const uint8_t[8]){0x5A});
+  bench_give(0x7E5, 8, (const uint8_t[8]){0x5B});
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(2, bench_count(0x7E4));
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x5A, 0, 0, 0, 0}), bench.log[0].data, 5);
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x5B, 0x56, 0x44, 0x53, 0x54}), bench.log[1].data, 5);
+}
+
 /* Inhibit times are rounded up to whole ms. */
 static void test_the_inhibit_time_of_emergencies_is_never_shorter_than_set(void) {
   static const struct {
@@ -952,6 +966,7 @@ int main(void) {
   RUN_TEST(test_a_node_that_was_lost_before_a_reset_is_not_missed_after_it);
   RUN_TEST(test_a_heartbeat_is_monitored_from_1_ms_on);
   RUN_TEST(test_lss_selects_the_node_by_its_identity);
+  RUN_TEST(test_lss_requests_that_come_together_are_each_answered);
   RUN_TEST(test_the_inhibit_time_of_emergencies_is_never_shorter_than_set);
   RUN_TEST(test_a_sync_is_late_in_the_first_ms_after_one_and_a_half_periods);
   RUN_TEST(test_without_a_first_sync_none_is_late);

@@ -94,6 +94,18 @@ static void test_an_rpdo_with_a_value_that_is_refused_executes_nothing(void) {
   TEST_ASSERT_EQUAL(2, DEVICE->node.rpdos[0].refused);
 }
 
+/* Its range permits every value of its type; its owner does not. No other object of the frame has anything to check. */
+static void test_a_value_that_only_its_owner_refuses_is_refused_in_an_rpdo_too(void) {
+  static const uint32_t objects[] = {0x2F100008};
+  map_into_rpdo1(objects, 1);
+  for (uint8_t value = 12; value <= 14; value++) {
+    bench_give(RPDO1, 1, &value);
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(value == 13 ? 12 : value, DEVICE->values.moody);
+  }
+  TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
+}
+
 static void test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written(void) {
   map_command_into_rpdo1();
   give_command(6, 13, 9);
@@ -339,6 +351,16 @@ static void test_a_tpdo_that_is_off_sends_nothing_whoever_asks(void) {
   tpdo_sync(off, 0);
   tpdo_tick(off, &DEVICE->node.sender);
   TEST_ASSERT_EQUAL(0, bench.sent);
+}
+
+static void test_an_rpdo_that_is_off_takes_nothing_whoever_gives_it(void) {
+  const can_frame frame = {.id = RPDO1, .length = 8, .data = {6}};
+  bench_operational();
+  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
+  rpdo *off = &DEVICE->node.rpdos[0];
+  TEST_ASSERT_EQUAL(RPDO_IGNORED, rpdo_receive(off, &frame));
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  TEST_ASSERT_FALSE(off->heard);
 }
 
 static void test_event_timer_repeats_a_tpdo_and_request_sends_one(void) {
@@ -1113,8 +1135,10 @@ int main(void) {
   RUN_TEST(test_a_value_that_its_owner_refreshes_is_refreshed_in_each_tpdo);
   RUN_TEST(test_a_command_in_an_rpdo_is_executed_once_for_each_frame);
   RUN_TEST(test_an_rpdo_with_a_value_that_is_refused_executes_nothing);
+  RUN_TEST(test_a_value_that_only_its_owner_refuses_is_refused_in_an_rpdo_too);
   RUN_TEST(test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written);
   RUN_TEST(test_a_tpdo_that_is_off_sends_nothing_whoever_asks);
+  RUN_TEST(test_an_rpdo_that_is_off_takes_nothing_whoever_gives_it);
   RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
   RUN_TEST(test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once);
   RUN_TEST(test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed);

@@ -203,6 +203,26 @@ static void test_a_hysteresis_loop_is_a_position_and_is_recorded_as_one(void) {
   TEST_ASSERT_EQUAL(EXPERIMENT_DONE, wait_for_end(2000));
 }
 
+/* Aborted 45 mrad from where it began, near its tip: the axis comes to rest on its way, and does not go back. */
+static void test_an_axis_whose_hysteresis_loop_is_aborted_stays_where_it_is(void) {
+  enable(0, NO_MODE);
+  SET(EXPERIMENT, KIND, STIMULUS_HYSTERESIS);
+  SET_FLOAT(EXPERIMENT, DWELL, 4.0f);
+  SET_FLOAT(EXPERIMENT, ANGLE, 0.05f);
+  SET(EXPERIMENT, COMMAND, START);
+  wait_ms(900);
+  const double aborted_rad = 6.283185307 * machine.axis[0].turns;
+  CHECK_NEAR("rad", 0.045, aborted_rad, 0.002);
+  SET(EXPERIMENT, COMMAND, ABORT);
+  TEST_ASSERT_EQUAL(EXPERIMENT_ABORTED, state_of_experiment());
+  for (int ms = 0; ms < 900; ++ms) {
+    wait_ms(1);
+    const double on_rad = 6.283185307 * machine.axis[0].turns - aborted_rad;
+    TEST_ASSERT_TRUE(on_rad > -5e-4 && on_rad < 5e-3);
+  }
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+}
+
 static void test_a_hysteresis_loop_ends_at_a_position_limit(void) {
   SET(0x607D, 1, (uint32_t)-5000);
   SET(0x607D, 2, 5000);
@@ -262,6 +282,7 @@ int main(void) {
   RUN_TEST(test_a_position_limit_in_its_path_ends_it);
   RUN_TEST(test_torque_ramps_push_as_they_say);
   RUN_TEST(test_a_hysteresis_loop_is_a_position_and_is_recorded_as_one);
+  RUN_TEST(test_an_axis_whose_hysteresis_loop_is_aborted_stays_where_it_is);
   RUN_TEST(test_a_hysteresis_loop_ends_at_a_position_limit);
   RUN_TEST(test_a_chirp_shakes_a_turning_axis);
   RUN_TEST(test_break_aways_find_the_torque_that_moves_the_axis);

@@ -47,6 +47,14 @@ static void test_a_frame_has_the_age_of_its_edge(void) {
   TEST_ASSERT_EQUAL_UINT32(exposed_us, strobe_log_newest_us(&strobes));
 }
 
+/* Two edges within a tick, as of a camera that bounces, are handed over together: the newest is known, and both count.
+ */
+static void test_edges_that_come_together_are_all_taken(void) {
+  strobe_log_add(&strobes, &(hal_strobes){.count = 2, .at_us = {100, 300}});
+  TEST_ASSERT_EQUAL_UINT32(2, strobes.edges);
+  TEST_ASSERT_EQUAL_UINT32(300, strobe_log_newest_us(&strobes));
+}
+
 static void test_the_clock_may_wrap(void) {
   exposed_us = UINT32_MAX - 100000;
   get_in_step();
@@ -230,6 +238,7 @@ static void test_noise_is_counted_and_pairs_nothing(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_frame_has_the_age_of_its_edge);
+  RUN_TEST(test_edges_that_come_together_are_all_taken);
   RUN_TEST(test_the_clock_may_wrap);
   RUN_TEST(test_an_age_outside_the_window_is_refused);
   RUN_TEST(test_frames_lost_on_the_bus_change_nothing);
