@@ -1257,6 +1257,22 @@ static void test_an_axis_outside_its_travel_does_not_return_after_a_loss(void) {
   CHECK_NEAR("angle, rad", 0.25, b.angle_rad, 1e-3);
 }
 
+/* Mode -1 begins at 0.25 rad, and the target leads away at 0.2 rad/s until it is lost. Bit 12 says that the drive
+ * follows the target: not on the way back. */
+static void test_an_axis_that_returns_after_a_loss_does_not_say_that_it_follows(void) {
+  servo_target target = {.known = true, .at_loss = TARGET_LOSS_RETURN, .reference = {.rate_rad_s = 0.2f}};
+  bench b = bench_tracking(&target, 0.25);
+  ticks(&b, 1000);
+  TEST_ASSERT_TRUE(bit(&b, 0x1000));
+  CHECK_AT_LEAST("angle, rad", 0.35, b.angle_rad);
+  target.known = false;
+  for (int ms = 0; ms < 5000; ++ms) {
+    tick(&b);
+    TEST_ASSERT_FALSE(bit(&b, 0x1000));
+  }
+  CHECK_NEAR("angle, rad", 0.25, b.angle_rad, 1e-3);
+}
+
 /* 607D at +-1 rad. At 1.1 rad the axis is turned on in pv while it moves outwards at 0.3 rad/s, and something holds it:
  * the ramp ends 20 mrad further out. The held position must be 1 mrad back from where the axis stands. */
 static void test_an_axis_that_is_blocked_outside_its_travel_backs_off(void) {
@@ -1670,6 +1686,7 @@ int main(void) {
   RUN_TEST(test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends);
   RUN_TEST(test_the_torque_of_an_experiment_cannot_drive_the_axis_faster_than_110_percent_of_607f);
   RUN_TEST(test_an_axis_outside_its_travel_does_not_return_after_a_loss);
+  RUN_TEST(test_an_axis_that_returns_after_a_loss_does_not_say_that_it_follows);
   RUN_TEST(test_an_axis_that_is_blocked_outside_its_travel_backs_off);
   RUN_TEST(test_a_stop_outside_the_travel_does_not_turn_back);
   RUN_TEST(test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel);

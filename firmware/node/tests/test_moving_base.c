@@ -285,6 +285,9 @@ static void test_only_a_reset_of_the_node_forgets_the_messages(void) {
   TEST_ASSERT_EQUAL(0, get(REPORT, DROPPED));
   TEST_ASSERT_EQUAL(0, get(REPORT, LAST_DROP) & 0xFF);
   TEST_ASSERT_EQUAL(OFF, state_of_rates()); /* 3077:1 has not been stored */
+  SET(SETTING, USE, 1);
+  wait_ms(10);
+  TEST_ASSERT_EQUAL(AWAITED, state_of_rates()); /* none since the reset */
 }
 
 static void test_settings_are_kept_in_range(void) {

@@ -71,6 +71,23 @@ static void test_commissioning_is_slow(void) {
   CHECK_NEAR("rad/s", 5.0 * 0.0174533, get_float(ENVELOPE, FASTEST_UP), 1e-6);
 }
 
+/* The torque that protection demands is no set-point, and 2101:8 has the unit of one: rad/s. */
+static void test_the_recorded_reference_is_0_while_protection_brakes(void) {
+  SET(ACCESS, 1, OPEN);
+  SET_FLOAT(PROTECTION, TRAVEL_KIND, 2.0f);
+  SET(0x6007, 0, 0);
+  enable(0, PV);
+  SET(0x60FF, 0, 60000);
+  wait_ms(1000);
+  CHECK_NEAR("rad/s", 0.06, get_float(0x2101, 8), 1e-3);
+  machine.axis[0].rate_rad_s = 0.09; /* pushed, and pushed on */
+  machine.axis[0].load_nm = -30.0;
+  wait_ms(4);
+  TEST_ASSERT_EQUAL(SERVO_PROTECTIVE_STOP, node.board.app.axis[0].mode);
+  CHECK_AT_MOST("Nm", -10.0, node.board.app.axis[0].commanded_nm);
+  CHECK_SAME("rad/s", 0.0, get_float(0x2101, 8));
+}
+
 static void test_the_fastest_rate_is_on_the_bus(void) {
   limit_travel(-1.0f, 1.0f);
   CHECK_NEAR("rad/s", sqrt(2.0 * 5.0 / 1.0609), get_float(ENVELOPE, FASTEST_UP), 1.7);
@@ -319,6 +336,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_without_a_travel_an_axis_is_not_enabled_and_says_so);
   RUN_TEST(test_commissioning_is_slow);
+  RUN_TEST(test_the_recorded_reference_is_0_while_protection_brakes);
   RUN_TEST(test_the_fastest_rate_is_on_the_bus);
   RUN_TEST(test_no_ramp_goes_into_the_stopping_margin);
   RUN_TEST(test_an_axis_without_torque_is_stopped_before_the_end_every_time);

@@ -90,6 +90,24 @@ static void check_homed(double degrees) {
   CHECK_NEAR("degrees", 0.0, machine.axis[0].turns * 360.0, 0.01);
 }
 
+/* The mode and bit 4 in one frame, of an axis that stands in pv: the homing starts. Bit 4 that was set before, in pv,
+ * starts none. */
+static void test_a_start_may_come_together_with_the_mode(void) {
+  for (int set_before = 0; set_before < 2; ++set_before) {
+    start_at(100.0);
+    SET(METHOD, 0, (uint8_t)-1);
+    enable(0, PV);
+    if (set_before != 0) {
+      command(0, GO);
+    }
+    give(0x600 + NODE_ID, 8, (const uint8_t[]){0x2F, 0x60, 0x60, 0, HOMING_MODE, 0, 0, 0});
+    give(0x600 + NODE_ID, 8, (const uint8_t[]){0x2B, 0x40, 0x60, 0, GO, 0, 0, 0});
+    turn_ms(2000);
+    CHECK_NEAR("rad/s", set_before != 0 ? 0.0 : -0.034907, machine.axis[0].rate_rad_s, 1e-3);
+    TEST_ASSERT_EQUAL_HEX32(set_before != 0 ? REACHED : 0, bits());
+  }
+}
+
 static void test_the_mode_is_listed_and_methods_are_checked(void) {
   TEST_ASSERT_EQUAL_HEX32(0x000103A5, get(0x6502, 0));
   TEST_ASSERT_EQUAL_HEX32(BAD_VALUE, set(METHOD, 0, 17)); /* there are no limit switches */
@@ -234,6 +252,7 @@ static void test_a_position_confirms_once(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_mode_is_listed_and_methods_are_checked);
+  RUN_TEST(test_a_start_may_come_together_with_the_mode);
   RUN_TEST(test_motion_excludes_the_other_turn);
   RUN_TEST(test_at_an_end_stop_it_turns_round);
   RUN_TEST(test_a_jam_on_both_sides_is_an_error);

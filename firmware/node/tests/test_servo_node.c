@@ -744,6 +744,20 @@ static void test_a_board_starts_off_at_its_angles_whatever_was_in_its_memory(voi
   }
 }
 
+/* What has changed since the start: the voltage of the bus, an angle, and what the current loop has seen. */
+static void test_each_tick_of_a_board_takes_new_samples(void) {
+  static servo_board board;
+  const servo_params params = node.board.app.params;
+  CHECK_STATUS(CONTROL_OK, servo_board_start(&board, &machine.functions, &params));
+  machine.bus_voltage_v = 47.0f;
+  machine.axis[1].turns = 1.0 / 65536.0;
+  atomic_store(&board.motor[0].tick_voltage_v, 3.0f);
+  servo_board_tick(&board);
+  CHECK_SAME("V", 47.0, board.samples.bus_voltage_v);
+  TEST_ASSERT_EQUAL_HEX32(0x10000, board.samples.axis[1].sensors.joint_angle_turn32);
+  CHECK_SAME("V", 3.0, board.samples.axis[0].tick_voltage_v);
+}
+
 static void test_a_board_with_wrong_parameters_of_either_axis_does_not_start(void) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_board board = node.board;
@@ -981,6 +995,7 @@ int main(void) {
   RUN_TEST(test_a_staged_value_is_no_command);
   RUN_TEST(test_a_board_that_starts_sets_every_duty_to_0);
   RUN_TEST(test_a_board_starts_off_at_its_angles_whatever_was_in_its_memory);
+  RUN_TEST(test_each_tick_of_a_board_takes_new_samples);
   RUN_TEST(test_a_board_with_wrong_parameters_of_either_axis_does_not_start);
   RUN_TEST(test_gains_that_do_not_fit_together_are_refused_with_the_reason);
   RUN_TEST(test_filters_that_are_set_are_in_force);
