@@ -436,6 +436,16 @@ static void test_check_knows_what_may_be_mapped_and_stored(void) {
   TEST_ASSERT_EQUAL(OD_TABLE_NOT_STORABLE, fault_of(&without_value, 1));
 }
 
+/* A constant COB-ID and a constant inhibit time have no place in the struct of values. */
+static void test_a_row_without_a_value_follows_no_bus_setting(void) {
+  static const od_entry rows[] = {OD_FIXED(OD_UNSIGNED32, 4, 0x1014, 0, OD_NODE_ID, 0x80, "A COB-ID", "Fixed."),
+                                  OD_FIXED(OD_UNSIGNED16, 2, 0x1800, 3, 0, 100, "An inhibit time", "Fixed.")};
+  const od_table table = {rows, 2};
+  uint32_t value = 0x81;
+  bus_defaults_follow(&table, &value, &(bus_settings){1, 1000}, &(bus_settings){2, 500});
+  TEST_ASSERT_EQUAL_HEX32(0x81, value);
+}
+
 static void test_check_misses_each_text_and_names_the_row(void) {
   for (int missing = 0; missing < 3; missing++) {
     od_entry rows[] = {OD_RECORD_HEAD(0x2000, 2, "r", ""), GOOD(0x2000, 1), GOOD(0x2000, 2)};
@@ -473,6 +483,7 @@ int main(void) {
   RUN_TEST(test_check_knows_the_size_and_the_range_of_each_integer);
   RUN_TEST(test_check_knows_the_range_of_a_real_and_the_room_of_a_text);
   RUN_TEST(test_check_knows_what_may_be_mapped_and_stored);
+  RUN_TEST(test_a_row_without_a_value_follows_no_bus_setting);
   RUN_TEST(test_check_misses_each_text_and_names_the_row);
   return UNITY_END();
 }
