@@ -43,7 +43,7 @@ static drive_travel travel_in_force(const drive_travel *soft, const drive_machin
     inner.maximum -= machine->margin;
   }
   const drive_travel both = {drive_travel_clamp(&inner, soft->minimum), drive_travel_clamp(&inner, soft->maximum)};
-  return drive_travel_is_limited(soft) && drive_travel_is_limited(&both) ? both : inner;
+  return drive_travel_is_limited(&both) ? both : inner;
 }
 
 /* The same in both directions: the lower torque limit decides. */

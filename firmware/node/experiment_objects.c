@@ -127,7 +127,5 @@ bool experiment_objects_step(experiment_objects *objects, const drive_axis *driv
   if (!drive_axis_obeys_stimulus(drive)) {
     experiment_abort(&objects->running, EXPERIMENT_DRIVE_STOPPED);
   }
-  const bool goes_on = experiment_step(&objects->running, angle, joint_rate_rad_s, command, dt_s);
-  report_state(objects);
-  return goes_on;
+  return experiment_step(&objects->running, angle, joint_rate_rad_s, command, dt_s);
 }
