@@ -31,6 +31,11 @@ struct Leg {
   double cue_rad;                             // of pp: from where they are
 };
 
+struct Frames {
+  double rate_hz;
+  double age_s;
+};
+
 // In 1 ms.
 class TorqueSteps {
  public:
@@ -94,9 +99,11 @@ double error_rad(const bench::TrackingNode& tracking) {
   return std::hypot(error[0], error[1]);
 }
 
-void fly(const Leg& leg, std::uint64_t seed) {
-  bench::TrackingNode tracking(bench::tracker_setup(), bench::tracking_scenario(), seed,
-                               bench::designed_tracker(TRACKER_PREDICTIVE));
+void fly(const Leg& leg, const Frames& frames, std::uint64_t seed) {
+  sim::ScenarioConfig scenario = bench::tracking_scenario();
+  scenario.camera.frame_rate_hz = frames.rate_hz;
+  scenario.camera.delay_s = frames.age_s;
+  bench::TrackingNode tracking(bench::tracker_setup(), scenario, seed, bench::designed_tracker(TRACKER_PREDICTIVE));
   TorqueSteps steps;
   CyclicMaster master(leg);
   const auto run = [&](double duration_s, bool set_points) {
@@ -122,7 +129,8 @@ void fly(const Leg& leg, std::uint64_t seed) {
   }
   run(0.5, false);
   const double jump_nm = steps.take_nm();
-  const std::string what = std::string(leg.name) + ", from " + std::to_string(1e3 * away_rad) + " mrad: ";
+  const std::string what = std::string(leg.name) + ", " + std::to_string(frames.rate_hz) + " frames a second, from " +
+                           std::to_string(1e3 * away_rad) + " mrad: ";
   LOG_VALUE((what + "largest step before, Nm").c_str(), before_nm);
   LOG_VALUE((what + "largest step, Nm").c_str(), jump_nm);
   LOG_VALUE((what + "error after 0.5 s, rad").c_str(), error_rad(tracking));
@@ -137,9 +145,12 @@ void test_no_mode_hands_over_to_tracking_with_a_jump() {
                       {"csp", DRIVE_CYCLIC_POSITION, {4e-3, -2e-3}, 0.0},
                       {"csv, the other way", DRIVE_CYCLIC_VELOCITY, {-4e-3, 4e-3}, 0.0},
                       {"no mode", DRIVE_NO_MODE, {}, 0.0}};
+  const Frames cameras[] = {{50.0, 0.02}, {10.0, 0.06}, {200.0, 0.01}};
   for (const Leg& leg : legs) {
-    for (const std::uint64_t seed : bench::kSeeds) {
-      fly(leg, seed);
+    for (const Frames& frames : cameras) {
+      for (const std::uint64_t seed : bench::kSeeds) {
+        fly(leg, frames, seed);
+      }
     }
   }
 }
