@@ -71,6 +71,21 @@ def test_it_ends_with_standard_input_where_that_is_required():
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_the_inertial_sensor_of_the_base_sends_a_hundred_rates_in_a_second():
+    """On a base that stands: white noise of 1e-4 rad/s, 5 counts, in each rate."""
+    with serving("slcan-tcp:0", "--base-sensor", "0x441") as served, served.open_bus() as bus:
+        receive(bus, 0x441)
+        begin = ticks(bus)
+        messages = [struct.unpack("<hhhB", receive(bus, 0x441)) for _ in range(200)]
+        assert ticks(bus) - begin == pytest.approx(2000, abs=200)
+    counters = [message[3] for message in messages]
+    assert all((after - before) % 256 == 1 for before, after in zip(counters, counters[1:], strict=False))
+    for rate in range(3):
+        counts = [message[rate] for message in messages]
+        assert abs(sum(counts) / len(counts)) < 2
+        assert 3 < math.sqrt(sum(count * count for count in counts) / len(counts)) < 8
+
+
 def test_terminal_and_tcp_are_ends_of_one_bus():
     with serving("slcan-tcp:0", "--bus", "slcan-pty") as served:
         kind, terminal = served.next_end()
