@@ -565,6 +565,24 @@ static void test_errors_that_jump_to_and_fro_do_not_turn_the_axes(void) {
   }
 }
 
+/* Frames have shown the target 3 mrad to the left and 2 mrad below while both axes stood in pv. In mode -1 both go there
+ * before the next frame comes. */
+static void test_axes_that_begin_together_go_to_where_the_target_was_seen(void) {
+  world.azimuth_rad = 3e-3;
+  world.pitch_rad = -2e-3;
+  enable(0, PV);
+  enable(PITCH, PV);
+  follow_for(1000);
+  while (world.ms % FRAME_MS != 1) {
+    follow_for(1);
+  }
+  SET(0x6060, 0, (uint8_t)TRACKING);
+  SET(0x6860, 0, (uint8_t)TRACKING);
+  follow_for(FRAME_MS - 2);
+  CHECK_AT_LEAST("azimuth, rad", 1e-5, joint_rad(0));
+  CHECK_AT_MOST("pitch, rad", -1e-5, joint_rad(1));
+}
+
 /* The camera sees something else in one frame, so far beside the target, while the azimuth or both axes follow it. */
 static void test_a_single_frame_of_something_else_moves_no_axis(void) {
   const double beside_rad[] = {30e-3, 3e-3, -0.5e-3};
@@ -1119,6 +1137,7 @@ int main(void) {
   RUN_TEST(test_a_counter_that_stands_is_told);
   RUN_TEST(test_a_sender_may_begin_anew_as_often_as_it_likes_before_tracking);
   RUN_TEST(test_errors_that_jump_to_and_fro_do_not_turn_the_axes);
+  RUN_TEST(test_axes_that_begin_together_go_to_where_the_target_was_seen);
   RUN_TEST(test_a_single_frame_of_something_else_moves_no_axis);
   RUN_TEST(test_frames_count_again_when_they_agree);
   RUN_TEST(test_nothing_but_the_counter_hands_a_frame_over);
