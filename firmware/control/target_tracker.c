@@ -2,7 +2,7 @@
 
 #include "base/scalar.h"
 
-#define LEAST_UNTAKEN 0.1f
+#define LEAST_UNTAKEN 1e-3f
 #define MAX_STRAIGHT_RAD_S 1.0f /* faster ones count as this fast in the jerk */
 
 control_status target_tracker_check(const target_tracker_params *params) {

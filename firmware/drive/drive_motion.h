@@ -93,6 +93,7 @@ typedef struct {
   bool ordered;                   /* a command, a fault or missing set-points order a stop: protection sees to it */
   float torque_nm;                /* cst: moving along the torque slope */
   float homing_rad_s;             /* hm: set-point of the ramp */
+  uint16_t blocked_ms;            /* for so long it has not got to a held position outside the travel */
 } drive_motion;
 
 typedef struct {

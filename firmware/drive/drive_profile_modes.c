@@ -3,6 +3,8 @@
 #define BLOCKED_RAD 2e-4f /* further than wind moves an axis that holds its position */
 #define BACK_OFF_RAD 1e-3f
 
+enum { BLOCKED_MS = 100 }; /* a push inwards is shorter */
+
 /* The limits of pp. */
 static profile_limits position_limits(const drive_bounds *bounds, const drive_limit_objects *limit) {
   const float rate_rad_s = scalar_min(drive_limit_from_counts(limit->profile_velocity), bounds->position_rad_s);
@@ -100,10 +102,14 @@ static drive_profile_step prepare_velocity(const drive_motion *motion, const dri
  * on may end behind an end stop. It would push against it until fault 21. */
 static void back_off(drive_motion *motion) {
   if (motion->loop != SERVO_POSITION || !profile_at_rest(&motion->ramp)) {
+    motion->blocked_ms = 0;
     return;
   }
   const float side = drive_travel_side(&motion->bounds, motion->position);
-  if (side * drive_angle_difference_rad(motion->demand, motion->position) > BLOCKED_RAD) {
+  const bool blocked = side * drive_angle_difference_rad(motion->demand, motion->position) > BLOCKED_RAD;
+  motion->blocked_ms = (uint16_t)(blocked ? motion->blocked_ms + 1 : 0);
+  if (motion->blocked_ms >= BLOCKED_MS) {
+    motion->blocked_ms = 0;
     motion->demand = motion->position;
     motion->demand_rest = 0.0f;
     motion_move_demand(&motion->demand, &motion->demand_rest, -side * BACK_OFF_RAD);

@@ -86,6 +86,7 @@ void tracking_drop_stray_frame(target_tracking *self, const drive_axis *azimuth,
       for (int i = 0; i < 2; ++i) {
         target_tracker_take_back(&states[i], &gains[i], age_ticks, SERVO_TICK_S);
       }
+      self->target.error_of_joints_rad = (joint_vector){0}; /* with it no turn back must begin */
       camera_input_take_back(&self->frames, CAMERA_STRAY);
       camera_delay_leave_out(&self->delay);
       return;

@@ -24,7 +24,9 @@ static bool confirms(const stray_frames *self, image_vector residual_rad) {
 bool stray_frames_take(stray_frames *self, image_vector residual_rad) {
   const float size_rad = scalar_max(scalar_abs(residual_rad.x), scalar_abs(residual_rad.y));
   const float limit_rad = scalar_max(STRAY_RATIO * self->usual_rad, STRAY_RAD);
-  if (self->settled_ms >= STRAY_SETTLED_MS && size_rad > limit_rad && !confirms(self, residual_rad)) {
+  const bool may_wait = self->settled_ms >= STRAY_SETTLED_MS && self->ms <= STRAY_LONGEST_MS;
+  if (may_wait && size_rad > limit_rad && !confirms(self, residual_rad)) {
+    self->usual_rad += (limit_rad - self->usual_rad) / (float)STRAY_FRAMES;
     self->waits = true;
     self->residual_rad = residual_rad;
     return true;

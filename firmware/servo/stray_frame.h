@@ -4,8 +4,10 @@
  * A frame's residual is what it says beyond the estimate from the frames before it. One that is STRAY_RATIO times as
  * large as usual, and STRAY_RAD at least, does not count, unless the frame before it was as far off on the same side:
  * then the target is there. So a target that really jumps is followed one frame later. The usual residual is a mean
- * over about STRAY_FRAMES frames that counted. Until the axes have followed the target for STRAY_SETTLED_MS every frame
- * counts: an estimate that has just begun is far off. */
+ * over about STRAY_FRAMES frames; one that is dropped counts in it with the limit, so that errors that alternate soon
+ * count. Only frames within STRAY_LONGEST_MS of the last one that counted are dropped: with fewer than 20 in a second
+ * the wait for the next one would lose a target that begins to turn. Until the axes have followed the target for
+ * STRAY_SETTLED_MS every frame counts: an estimate that has just begun is far off. */
 #ifndef TRACKSERVO_SERVO_STRAY_FRAME_H
 #define TRACKSERVO_SERVO_STRAY_FRAME_H
 
@@ -17,7 +19,7 @@
 #define STRAY_RAD 3e-4f
 #define STRAY_RATIO 8.0f
 
-enum { STRAY_FRAMES = 8, STRAY_SETTLED_MS = 500 };
+enum { STRAY_FRAMES = 8, STRAY_SETTLED_MS = 500, STRAY_LONGEST_MS = 50 };
 
 typedef struct {
   uint16_t ms;               /* since the last frame that counted, saturates */

@@ -1295,7 +1295,7 @@ static void test_an_axis_that_is_blocked_outside_its_travel_backs_off(void) {
     const double ahead_rad = side * (double)angle_difference_rad(b.command.position, b.in.joint_angle);
     CHECK_AT_MOST("ahead of the axis while the ramp runs, rad", 20e-3, ahead_rad);
     CHECK_AT_LEAST("ahead of the axis while the ramp runs, rad", 5e-3, ahead_rad);
-    ticks(&b, 250);
+    ticks(&b, 350);
     CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
     CHECK_NEAR("back from the axis, rad", 1e-3,
                side * -(double)angle_difference_rad(b.command.position, b.in.joint_angle), 1e-6);
@@ -1304,6 +1304,29 @@ static void test_an_axis_that_is_blocked_outside_its_travel_backs_off(void) {
     CHECK_NEAR("angle, rad", side * 1.1, b.angle_rad, 2e-3);
     CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
   }
+}
+
+/* Held at 1.1 rad, outside 607D of +-1 rad, the axis is pushed inwards by 0.25 mrad for 20 ms each second. */
+static void test_an_axis_that_is_pushed_inwards_outside_its_travel_stays(void) {
+  bench b = bench_off(1.1);
+  b.o.limit.position_minimum = -10000000;
+  b.o.limit.position_maximum = 10000000;
+  b.o.state.mode = DRIVE_PROFILE_VELOCITY;
+  const uint16_t words[] = {0x00, 0x06, 0x07, 0x0F};
+  for (unsigned i = 0; i < 4; ++i) {
+    b.o.state.controlword = words[i];
+    ticks(&b, 2);
+  }
+  for (int second = 0; second < 20; ++second) {
+    ticks(&b, 980);
+    for (int ms = 0; ms < 20; ++ms) {
+      b.angle_rad = 1.1 - 0.25e-3;
+      b.in.joint_angle = encoder(b.angle_rad);
+      tick(&b);
+    }
+  }
+  ticks(&b, 100);
+  CHECK_NEAR("angle, rad", 1.1, b.angle_rad, 1e-6);
 }
 
 /* 607D becomes +-0.2 rad while pv turns the axis outwards at 0.3 rad/s, at 0.25 rad; then a stop is ordered. It must
@@ -1688,6 +1711,7 @@ int main(void) {
   RUN_TEST(test_an_axis_outside_its_travel_does_not_return_after_a_loss);
   RUN_TEST(test_an_axis_that_returns_after_a_loss_does_not_say_that_it_follows);
   RUN_TEST(test_an_axis_that_is_blocked_outside_its_travel_backs_off);
+  RUN_TEST(test_an_axis_that_is_pushed_inwards_outside_its_travel_stays);
   RUN_TEST(test_a_stop_outside_the_travel_does_not_turn_back);
   RUN_TEST(test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel);
   RUN_TEST(test_an_axis_at_the_end_of_its_travel_waits_for_its_target);

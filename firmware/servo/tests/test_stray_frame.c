@@ -54,11 +54,36 @@ static void test_a_target_that_has_jumped_counts_from_the_second_frame(void) {
 }
 
 static void test_two_strays_on_different_sides_do_not_confirm_each_other(void) {
+  const image_vector seconds[] = {{-5e-3f, 0.0f}, {0.0f, 5e-3f}, {2e-3f, 5e-3f}}; /* the last: less than half as far */
+  for (unsigned i = 0; i < 3; ++i) {
+    follow();
+    TEST_ASSERT_TRUE(show(5e-3f, 0.0f));
+    TEST_ASSERT_TRUE(show(seconds[i].x, seconds[i].y));
+    TEST_ASSERT_FALSE(show(1e-5f, 0.0f));
+  }
+}
+
+/* At 50 Hz the third frame in a row is later than 50 ms, at 10 Hz each one is. */
+static void test_no_frame_is_dropped_that_is_late(void) {
   TEST_ASSERT_TRUE(show(5e-3f, 0.0f));
   TEST_ASSERT_TRUE(show(-5e-3f, 0.0f));
-  TEST_ASSERT_TRUE(show(0.0f, 5e-3f));
-  TEST_ASSERT_TRUE(show(5e-4f, 2e-3f)); /* the same side, but less than half as far */
-  TEST_ASSERT_FALSE(show(1e-5f, 0.0f));
+  TEST_ASSERT_FALSE(show(5e-3f, 0.0f));
+  follow();
+  for (int ms = FRAME_MS; ms < 100; ++ms) {
+    stray_frames_pass_ms(&frames);
+  }
+  TEST_ASSERT_FALSE(show(30e-3f, 0.0f));
+}
+
+/* +-0.5 mrad from frame to frame at 500 Hz, after residuals of 10 urad. */
+static void test_errors_that_alternate_soon_count(void) {
+  int dropped = 0;
+  for (int frame = 0; frame < 500; ++frame) {
+    stray_frames_pass_ms(&frames);
+    stray_frames_pass_ms(&frames);
+    dropped += stray_frames_take(&frames, (image_vector){.x = frame % 2 == 0 ? 5e-4f : -5e-4f}) ? 1 : 0;
+  }
+  TEST_ASSERT_TRUE(dropped >= 1 && dropped <= 12);
 }
 
 /* Residuals of 1 mrad are usual: then 7 mrad are none to drop, 10 mrad are. */
@@ -110,6 +135,8 @@ int main(void) {
   RUN_TEST(test_the_next_frame_counts_as_one_after_a_longer_time);
   RUN_TEST(test_a_target_that_has_jumped_counts_from_the_second_frame);
   RUN_TEST(test_two_strays_on_different_sides_do_not_confirm_each_other);
+  RUN_TEST(test_no_frame_is_dropped_that_is_late);
+  RUN_TEST(test_errors_that_alternate_soon_count);
   RUN_TEST(test_what_is_usual_is_no_stray);
   RUN_TEST(test_until_the_target_has_been_followed_for_half_a_second_every_frame_counts);
   RUN_TEST(test_noise_is_hardly_ever_dropped);

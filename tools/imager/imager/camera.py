@@ -66,11 +66,10 @@ class CameraSource:
 
     def _ask(self, mode: CameraMode) -> None:
         """A driver takes what is nearest to the wish: another format or size would be another angle of a pixel."""
+        wanted = None
         if mode.pixel_format is not None:
             wanted = cv2.VideoWriter.fourcc(*mode.pixel_format.ljust(4))
             self._capture.set(cv2.CAP_PROP_FOURCC, float(wanted))
-            if int(self._capture.get(cv2.CAP_PROP_FOURCC)) != wanted:
-                raise self._has_not(f"the pixel format '{mode.pixel_format}'")
         if mode.size_px is not None:
             width, height = mode.size_px
             self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, float(width))
@@ -83,6 +82,8 @@ class CameraSource:
             rate = self._capture.get(cv2.CAP_PROP_FPS)
             if abs(rate - mode.rate_hz) > 0.01 * mode.rate_hz:
                 raise self._has_not(f"{mode.rate_hz:g} pictures per second, but {rate:g}")
+        if wanted is not None and int(self._capture.get(cv2.CAP_PROP_FOURCC)) != wanted:
+            raise self._has_not(f"the pixel format '{mode.pixel_format}' with this size and rate")
 
     def _has_not(self, what: str) -> ImagerError:
         return ImagerError(
@@ -96,9 +97,12 @@ class CameraSource:
         now = time.monotonic()
         stamp = 1e-3 * self._capture.get(cv2.CAP_PROP_POS_MSEC)  # the driver's, by the same clock
         exposed = stamp if 0.0 <= now - stamp < _BUFFERED_STAMP_S else now
-        good, values = self._capture.retrieve()
+        try:
+            good, values = self._capture.retrieve()
+        except cv2.error:  # a format that OpenCV has no conversion for
+            good = False
         if not good:
-            raise ImagerError(f"'{self._name}' gives a picture that cannot be decoded; choose another pixel format.")
+            raise ImagerError(f"'{self._name}' gives a picture that cannot be decoded; choose another --pixel-format.")
         self._number += 1
         return Picture(self._used_bits.take(grey_of(values, f"'{self._name}'")), self._number, exposed, now)
 

@@ -95,7 +95,7 @@ def test_the_size_is_one_of_the_pixel_format(drivers: list[_Driver]) -> None:
     ("mode", "sentence"),
     [
         (CameraMode(size_px=(1920, 1080)), "has not the size 1920x1080, but 640x480;"),
-        (CameraMode(pixel_format="GREY"), "has not the pixel format 'GREY';"),
+        (CameraMode(pixel_format="GREY"), "has not the pixel format 'GREY' with this size and rate;"),
         (CameraMode(rate_hz=200.0), "has not 200 pictures per second, but 50;"),
     ],
 )
@@ -103,6 +103,17 @@ def test_a_mode_that_a_camera_has_not_is_refused(drivers: list[_Driver], mode: C
     with pytest.raises(ImagerError, match=sentence):
         camera(mode)
     assert not drivers[0].is_open
+
+
+def test_a_format_that_opencv_cannot_convert_is_named(drivers: list[_Driver], monkeypatch: pytest.MonkeyPatch) -> None:
+    source = camera(CameraMode())
+
+    def retrieve() -> tuple[bool, cv2.typing.MatLike]:
+        raise cv2.error("reshape")
+
+    monkeypatch.setattr(drivers[0], "retrieve", retrieve)
+    with pytest.raises(ImagerError, match="cannot be decoded; choose another --pixel-format"):
+        source.read()
 
 
 @pytest.mark.parametrize(
