@@ -195,10 +195,11 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_RUNAWAY] =
         {.name = "runaway",
          .detection = "For 20 ticks more than half of the torque limit acts towards the set-point, the rate differs "
-                      "from it by more than a tenth of 2060:6, and the axis accelerates away from it.",
+                      "from it by more than a tenth of 2060:6, and the axis accelerates away from it. Or its path "
+                      "against the sign of the set-point, while it accelerates that way, exceeds 2060:31.",
          .when = SPEED_DRIVEN,
          .timer = "",
-         .limits = LIMIT(6),
+         .limits = LIMIT(6) | LIMIT(31),
          .cause = "Motor leads swapped, a sensor with the wrong sign, or an external load stronger than the motor.",
          .check = "Compare the signs of torque, current and joint_rate in the fault log.",
          .cure = "Swap the motor leads or correct the sensor's sign. Do not switch on again before that.",
@@ -336,7 +337,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_IMAGE_DAMAGED] =
         {.name = "image corrupted",
          .detection = "The background check computed a CRC of the program memory that differs from the image's own.",
-         .when = "Always. One pass over the image takes about 3 s.",
+         .when = "Always. One pass over the image takes about 5 s.",
          .timer = "",
          .cause = "The flash memory loses bits.",
          .check = "Does the self-test of the next start fail as well (fault 29, detail 01)?",
@@ -515,8 +516,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .cause = "The image processor has frozen and repeats a picture or its counter, or restarts again and "
                   "again. Detail 7: the camera is mounted upside down, or its picture is turned or mirrored, or does "
                   "not answer the motion of the axes (3072:9). "
-                  "Detail 8: 3071:1 does not fit the unit of the errors. Detail 9: it has lost its target, or takes "
-                  "turns between two.",
+                  "Detail 5: 1013 is set again and again. Detail 8: 3071:1 does not fit the unit of the errors. Detail "
+                  "9 or 10: it has lost its target, or takes turns between two.",
          .check =
              "Read 3072:4. Does 3070:5 advance by one with each frame, and do 3070:1 and 3070:2 change when the axes "
              "move? Detail 7: read 3072:9 and 3072:10.",

@@ -585,6 +585,35 @@ static void test_axes_that_begin_together_go_to_where_the_target_was_seen(void) 
   CHECK_AT_MOST("pitch, rad", -1e-5, joint_rad(1));
 }
 
+/* A second camera on the same identifier shows another target, 7 ms after each frame of the first one. Its counter is
+ * 100 or 200 further. */
+static void test_of_two_cameras_at_once_the_axes_follow_the_first(void) {
+  for (unsigned ahead = 100; ahead <= 200; ahead += 100) {
+    setUp();
+    world.rate_rad_s = 0.02;
+    enable(0, TRACKING);
+    enable(PITCH, TRACKING);
+    follow_for(3000);
+    while (world.ms % FRAME_MS != 7) {
+      follow_for(1);
+    }
+    const uint32_t dropped = node.tracking.frames.dropped;
+    const uint8_t others[] = {0x10, 0x27, 0xF0, 0xD8, 0xB8, 0x0B, 90}; /* 10 and -10 mrad, 30 ms old */
+    double worst_rad = 0.0;
+    for (unsigned frame = 0; frame < 250; ++frame) {
+      uint8_t data[8];
+      memcpy(data, others, sizeof others);
+      data[7] = (uint8_t)(world.counter + ahead);
+      give(FRAME_ID, 8, data);
+      follow_for(FRAME_MS);
+      worst_rad = fmax(worst_rad, fmax(fabs(world.azimuth_rad - joint_rad(0)), fabs(world.pitch_rad - joint_rad(1))));
+    }
+    CHECK_AT_MOST("error, rad", 5e-6, worst_rad);
+    TEST_ASSERT_EQUAL(250, node.tracking.frames.dropped - dropped);
+    TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, node.tracking.frames.last_drop);
+  }
+}
+
 /* The camera sees something else in one frame, so far beside the target, while the azimuth or both axes follow it. */
 static void test_a_single_frame_of_something_else_moves_no_axis(void) {
   const double beside_rad[] = {30e-3, 3e-3, -0.5e-3};
@@ -1137,6 +1166,7 @@ int main(void) {
   RUN_TEST(test_a_sender_may_begin_anew_as_often_as_it_likes_before_tracking);
   RUN_TEST(test_errors_that_jump_to_and_fro_do_not_turn_the_axes);
   RUN_TEST(test_axes_that_begin_together_go_to_where_the_target_was_seen);
+  RUN_TEST(test_of_two_cameras_at_once_the_axes_follow_the_first);
   RUN_TEST(test_a_single_frame_of_something_else_moves_no_axis);
   RUN_TEST(test_frames_count_again_when_they_agree);
   RUN_TEST(test_nothing_but_the_counter_hands_a_frame_over);

@@ -165,6 +165,16 @@ NodeTrackingCase with_dropout(const NodeTrackingCase& fly_by, double dropout_s) 
   return dropout;
 }
 
+// For information.
+NodeTrackingCase with_frame_rate(const NodeTrackingCase& fly_by, double frame_rate_hz) {
+  NodeTrackingCase tried = fly_by;
+  tried.name = fmt::format("fly-by, {:g} frames a second", frame_rate_hz);
+  tried.reference = NodeTrackingReference::kNone;
+  tried.scenario.camera.frame_rate_hz = frame_rate_hz;
+  tried.goal = {};
+  return tried;
+}
+
 // 3073:1
 constexpr std::int64_t kDelayReported = 1;
 constexpr std::int64_t kDelayCorrected = 2;
@@ -264,6 +274,8 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
     cases.push_back(with_acceleration(cases.back(), kPassAcceleration_rad_s2));
   }
   cases.push_back(lost_pass_at(90.0, 500.0, data_dir, predictive));
+  cases.push_back(with_acceleration(cases.back(), kPassAcceleration_rad_s2));
+  cases.back().goal = {};  // one of five seeds does not meet it: docs/results/node-tracking.md
   for (const double misstated_ms : {kMisstated_ms, -kMisstated_ms}) {
     cases.push_back(wrong_age(fly_by, misstated_ms));
   }
@@ -273,7 +285,9 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   cases.push_back(with_dropout(fly_by, kDropout_s));
   cases.back().name += ", 2011:5 as delivered";
   cases.back().loop = predictive;
-  cases.back().goal = {};
+  for (const double frame_rate_hz : {10.0, 60.0, 500.0}) {
+    cases.push_back(with_frame_rate(fly_by, frame_rate_hz));
+  }
   cases.push_back(evasive_pass(pass_at(60.0, 500.0, data_dir, predictive)));
   cases.push_back(on_base(fly_by, "on a ship", kShip));
   cases.push_back(on_base(fly_by, "on a vehicle", kVehicle));

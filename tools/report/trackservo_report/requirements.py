@@ -44,7 +44,7 @@ ELSEWHERE = (
     ),
     Elsewhere(
         "fly-by through rendered pictures and the imager", "1σ ≤ 10 µrad, never lost",
-        "cd tools/imager; IMAGER_TEST_SECONDS=60 IMAGER_TEST_SEEDS='1 2 3 4 5' ../../build/venv/bin/python -m pytest -s tests/test_through_pixels.py", "docs/imager.md",
+        "cd tools/imager; IMAGER_TEST_SPEED=1 IMAGER_TEST_SECONDS=60 IMAGER_TEST_SEEDS='1 2 3 4 5' ../../build/venv/bin/python -m pytest -s tests/test_through_pixels.py", "docs/imager.md",
     ),
     Elsewhere(
         "set-points in force after sampling; load of tick and deferred task", "≤ 100 µs; ≤ 30 %",
