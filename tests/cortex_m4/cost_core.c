@@ -100,7 +100,8 @@ static void sweep_pointing(void) {
                                   .valid = tick % 700 != 0,
                                   .age_ticks = (tick / 20) % TARGET_TRACKER_HISTORY,
                                   .error = {0.01f * part, -0.005f * part}};
-    const pointing_motion motion = {.pitch_angle = (angle_turn32)tick * 60000u, .inertial_rad_s = {part, -0.5f * part}};
+    const pointing_motion motion = {.pitch = rotation_of((angle_turn32)tick * 60000u),
+                                    .inertial_rad_s = {part, -0.5f * part}};
     const uint32_t start = instruction_count_now();
     const pointing_output out = pointing_step(&both, &frame, &motion, dt_s);
     cost_row_add(&pointing_row, instruction_count_since(start));
