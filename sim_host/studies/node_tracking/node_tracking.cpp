@@ -285,6 +285,8 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   cases.push_back(with_dropout(fly_by, kDropout_s));
   cases.back().name += ", 2011:5 as delivered";
   cases.back().loop = predictive;
+  cases.back().goal = {};
+  cases.back().goal.step_nm = kStep_nm;
   for (const double frame_rate_hz : {10.0, 60.0, 500.0}) {
     cases.push_back(with_frame_rate(fly_by, frame_rate_hz));
   }
