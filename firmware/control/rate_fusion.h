@@ -36,13 +36,14 @@ typedef struct {
 control_status rate_fusion_check(const rate_fusion_params *params);
 void rate_fusion_reset(rate_fusion_state *state);
 
-/* Computes one tick; ignores `gyro_rad_s` when `gyro_valid` is false. */
+/* Computes one tick; ignores `gyro_rad_s` when `gyro_valid` is false. `carried_rad_s` is added to both rates: what is
+ * known of the base's rate beside these sensors. */
 static inline rate_fusion_output rate_fusion_step(rate_fusion_state *state, const rate_fusion_params *params,
                                                   float gyro_rad_s, bool gyro_valid, float joint_rate_rad_s,
-                                                  float dt_s) {
+                                                  float carried_rad_s, float dt_s) {
   rate_fusion_output out;
-  out.rate_rad_s = joint_rate_rad_s;
-  out.base_rate_rad_s = 0.0f;
+  out.rate_rad_s = joint_rate_rad_s + carried_rad_s;
+  out.base_rate_rad_s = carried_rad_s;
   if (params->source == RATE_FROM_ENCODER) {
     return out;
   }
@@ -52,8 +53,8 @@ static inline rate_fusion_output rate_fusion_step(rate_fusion_state *state, cons
     state->base_rate_rad_s += step / (1.0f + step) * innovation_rad_s;
   }
   const bool gyro_alone = params->source == RATE_FROM_GYRO && gyro_valid;
-  out.rate_rad_s = gyro_alone ? gyro_rad_s : joint_rate_rad_s + state->base_rate_rad_s;
-  out.base_rate_rad_s = state->base_rate_rad_s;
+  out.base_rate_rad_s += state->base_rate_rad_s;
+  out.rate_rad_s = gyro_alone ? gyro_rad_s + carried_rad_s : joint_rate_rad_s + out.base_rate_rad_s;
   return out;
 }
 

@@ -90,10 +90,8 @@ speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_para
   const float joint_rate_rad_s =
       rate_estimator_step(&state->rate_estimator, &params->rate_estimator, samples->joint_angle, dt_s);
   const float gyro_rad_s = speed_loop_gyro_rate(&state->gyro, samples->gyro_rad_s, joint_rate_rad_s);
-  rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, gyro_rad_s,
-                                              samples->gyro_valid, joint_rate_rad_s, dt_s);
-  fused.rate_rad_s += state->carried_rad_s;
-  fused.base_rate_rad_s += state->carried_rad_s;
+  const rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, gyro_rad_s,
+                                                    samples->gyro_valid, joint_rate_rad_s, state->carried_rad_s, dt_s);
   const float notched_rad_s = biquad_step(&state->notch, &params->notch, fused.rate_rad_s);
   return (speed_loop_rates){
       .joint_rate_rad_s = joint_rate_rad_s,

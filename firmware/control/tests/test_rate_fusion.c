@@ -18,7 +18,7 @@ static void test_the_encoder_alone_takes_the_base_to_be_at_rest(void) {
   rate_fusion_state state;
   rate_fusion_reset(&state);
   for (int tick = 0; tick < 10; ++tick) {
-    const rate_fusion_output out = rate_fusion_step(&state, &params, 5.0f, true, 0.3f, dt_s);
+    const rate_fusion_output out = rate_fusion_step(&state, &params, 5.0f, true, 0.3f, 0.0f, dt_s);
     CHECK_SAME("rate", 0.3f, out.rate_rad_s);
     CHECK_SAME("base", 0.0, out.base_rate_rad_s);
   }
@@ -30,7 +30,7 @@ static void test_the_gyro_alone_is_passed_on_at_once(void) {
   rate_fusion_reset(&state);
   for (int tick = 0; tick < 10; ++tick) {
     const float gyro_rad_s = 0.01f * (float)tick;
-    CHECK_SAME("rate", gyro_rad_s, rate_fusion_step(&state, &params, gyro_rad_s, true, -0.2f, dt_s).rate_rad_s);
+    CHECK_SAME("rate", gyro_rad_s, rate_fusion_step(&state, &params, gyro_rad_s, true, -0.2f, 0.0f, dt_s).rate_rad_s);
   }
 }
 
@@ -42,7 +42,7 @@ static void test_the_base_rate_is_found_by_both_sources_with_a_gyro(void) {
     rate_fusion_reset(&state);
     rate_fusion_output out = {0.0f, 0.0f};
     for (int tick = 1; tick <= 500; ++tick) {
-      out = rate_fusion_step(&state, &params, 0.05f, true, 0.03f, dt_s);
+      out = rate_fusion_step(&state, &params, 0.05f, true, 0.03f, 0.0f, dt_s);
       const double expected = 0.02 * (1.0 - pow(1.0 + 0.06, -tick)); /* the implicit low-pass step by step */
       CHECK_NEAR("base", expected, out.base_rate_rad_s, 1e-7);
     }
@@ -57,14 +57,14 @@ static void test_losing_the_gyro_makes_no_bump_and_keeps_the_base_rate(void) {
     rate_fusion_state state;
     rate_fusion_reset(&state);
     for (int tick = 0; tick < 500; ++tick) {
-      (void)rate_fusion_step(&state, &params, 0.05f, true, 0.03f, dt_s);
+      (void)rate_fusion_step(&state, &params, 0.05f, true, 0.03f, 0.0f, dt_s);
     }
-    const rate_fusion_output lost = rate_fusion_step(&state, &params, 0.0f, false, 0.03f, dt_s);
+    const rate_fusion_output lost = rate_fusion_step(&state, &params, 0.0f, false, 0.03f, 0.0f, dt_s);
     CHECK_NEAR("rate in the tick of the loss", 0.05, lost.rate_rad_s, 1e-6);
-    const rate_fusion_output later = rate_fusion_step(&state, &params, NAN, false, 0.07f, dt_s);
+    const rate_fusion_output later = rate_fusion_step(&state, &params, NAN, false, 0.07f, 0.0f, dt_s);
     CHECK_NEAR("rate follows the encoder", 0.09, later.rate_rad_s, 1e-6);
     CHECK_NEAR("base is kept", 0.02, later.base_rate_rad_s, 1e-6);
-    const rate_fusion_output back = rate_fusion_step(&state, &params, 0.09f, true, 0.07f, dt_s);
+    const rate_fusion_output back = rate_fusion_step(&state, &params, 0.09f, true, 0.07f, 0.0f, dt_s);
     CHECK_NEAR("rate in the tick of the return", 0.09, back.rate_rad_s, 1e-6);
   }
 }
@@ -73,7 +73,7 @@ static void test_reset_forgets_the_base(void) {
   const rate_fusion_params params = {.source = RATE_FUSED, .crossover_rad_s = crossover_rad_s};
   rate_fusion_state state = {.base_rate_rad_s = 1.0f};
   rate_fusion_reset(&state);
-  CHECK_SAME("rate", 0.03f, rate_fusion_step(&state, &params, 0.0f, false, 0.03f, dt_s).rate_rad_s);
+  CHECK_SAME("rate", 0.03f, rate_fusion_step(&state, &params, 0.0f, false, 0.03f, 0.0f, dt_s).rate_rad_s);
 }
 
 /* From one of the two sensors to the fused rate, measured on a cosine with a period of whole ticks. */
@@ -87,7 +87,7 @@ static double complex response(bool through_gyro, int period_ticks) {
     const double phase = 6.283185307179586 * tick / period_ticks;
     const float wave = (float)cos(phase);
     const rate_fusion_output out =
-        rate_fusion_step(&state, &params, through_gyro ? wave : 0.0f, true, through_gyro ? 0.0f : wave, dt_s);
+        rate_fusion_step(&state, &params, through_gyro ? wave : 0.0f, true, through_gyro ? 0.0f : wave, 0.0f, dt_s);
     if (tick >= 0) {
       sum += (double)out.rate_rad_s * cexp(-imaginary * phase) * 2.0 / count;
     }
