@@ -7,6 +7,7 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kAtRest_rad_s = 0.01;  // of a set-point that demands standstill
+constexpr int kReached = 10'000;        // counts between 607A and 6064: 1 mrad
 constexpr double kEqual_nm = 1e-3;
 constexpr int kEntryTicks = 2;  // in which a stop begins at the set-point before
 
@@ -16,6 +17,26 @@ double set_point_rad_s(const DrivenNode& node, int axis) {
   const float reference_rad_s = node.machine().firmware(axis).signals.reference.rate_rad_s;
   const float command_rad_s = node.node().board.command.axis[axis].speed.rate_rad_s;
   return static_cast<double>(std::max(std::abs(reference_rad_s), std::abs(command_rad_s)));
+}
+
+// What the master has written lets the axis turn, whatever the firmware makes of it. Homing and experiments choose
+// their own set-points.
+bool master_lets_turn(const DrivenNode& node, int axis) {
+  const drive_objects& objects = node.axis(axis).objects;
+  if ((objects.state.controlword & DRIVE_CONTROL_HALT) != 0) {
+    return false;
+  }
+  switch (node.axis(axis).drive.motion.mode) {
+    case DRIVE_PROFILE_VELOCITY:
+      return objects.velocity.target != 0;
+    case DRIVE_CYCLIC_VELOCITY:
+      return static_cast<std::int64_t>(objects.velocity.target) + objects.velocity.offset != 0;
+    case DRIVE_PROFILE_POSITION:
+    case DRIVE_CYCLIC_POSITION:
+      return std::abs(static_cast<std::int64_t>(objects.position.target) - objects.position.actual) > kReached;
+    default:
+      return true;
+  }
 }
 
 // The motor acts against the motion, with all the torque that the master permits (6072, 60E0, 60E1), which is less than
@@ -91,28 +112,40 @@ bool MotionJudge::returns(const DrivenNode& node, int axis, double angle_rad) co
          rate_rad_s * (tracking_[i].start_rad - angle_rad) > 0;
 }
 
-// The set-point demands no motion, or no loop follows one.
+// One tick in which nothing commands the axis to turn.
+bool MotionJudge::set_point_rises(int axis, double set_point_rad_s) {
+  Rest& rest = rest_[static_cast<std::size_t>(axis)];
+  const bool begins = ++rest.ticks <= kEntryTicks;
+  const bool rises = !begins && set_point_rad_s > rest.min_rad_s + kAtRest_rad_s;
+  rest.min_rad_s = begins ? set_point_rad_s : std::min(rest.min_rad_s, set_point_rad_s);
+  return rises;
+}
+
+// Nothing lets the axis turn, or no loop follows a set-point.
 bool MotionJudge::demands_standstill(const DrivenNode& node, int axis) {
-  Tracking& tracking = tracking_[static_cast<std::size_t>(axis)];
+  const auto i = static_cast<std::size_t>(axis);
   const drive_axis& drive = node.axis(axis).drive;
+  const double angle_rad = node.machine().truth().joint_angle_rad[i];
+  const bool runs = drive.state.action == DRIVE_RUN;
+  const bool tracks = runs && drive.motion.mode == DRIVE_TRACKING;
+  if (!tracks) {
+    tracking_[i] = {};
+    tracking_[i].start_rad = angle_rad;
+  }
+  const servo_mode mode = node.machine().firmware(axis).mode;
+  if (!runs || (!tracks && mode != SERVO_SPEED && mode != SERVO_POSITION)) {
+    rest_[i] = {};
+    return !runs;
+  }
   const double wanted_rad_s = set_point_rad_s(node, axis);
-  const double angle_rad = node.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
-  if (drive.state.action != DRIVE_RUN || drive.motion.mode != DRIVE_TRACKING) {
-    tracking = {};
-    tracking.start_rad = angle_rad;
-    const servo_mode mode = node.machine().firmware(axis).mode;
-    const bool follows_rate = mode == SERVO_SPEED || mode == SERVO_POSITION;
-    return drive.state.action != DRIVE_RUN || (follows_rate && wanted_rad_s < kAtRest_rad_s);
+  const bool commanded =
+      tracks ? target_may_turn(node, axis) || returns(node, axis, angle_rad) : master_lets_turn(node, axis);
+  if (commanded) {
+    rest_[i] = {};
+    return !tracks && wanted_rad_s < kAtRest_rad_s;
   }
-  if (target_may_turn(node, axis) || returns(node, axis, angle_rad)) {
-    tracking.ticks = 0;
-    return false;
-  }
-  const bool begins = ++tracking.ticks <= kEntryTicks;
-  const bool rises = !begins && wanted_rad_s > tracking.min_rad_s + kAtRest_rad_s;
-  tracking.min_rad_s = begins ? wanted_rad_s : std::min(tracking.min_rad_s, wanted_rad_s);
-  const bool follows = node.axis(axis).drive.motion.followed != nullptr;
-  return follows || rises || wanted_rad_s < kAtRest_rad_s;
+  const bool follows = tracks && drive.motion.followed != nullptr;
+  return set_point_rises(axis, wanted_rad_s) || follows || wanted_rad_s < kAtRest_rad_s;
 }
 
 void MotionJudge::look_at_stops(int axis, const TruthState& truth, double time_s) {
@@ -148,8 +181,8 @@ void MotionJudge::look_at_standstill(int axis, const DrivenNode& node, double ra
   // A set-point and a stop in neighbouring ticks: the stop's ramp begins at the set-point, which let the axis turn.
   const double reference_rad_s =
       std::abs(static_cast<double>(node.machine().firmware(axis).signals.reference.rate_rad_s));
-  const bool in_mode = tracking_[i].ticks > kEntryTicks;  // where only a target commands
-  const bool commanded = !in_mode && reference_rad_s > still.reference_rad_s + kAtRest_rad_s;
+  const bool rests = rest_[i].ticks > kEntryTicks;
+  const bool commanded = !rests && reference_rad_s > still.reference_rad_s + kAtRest_rad_s;
   const bool demanded = demands_standstill(node, axis) && !commanded;
   still.reference_rad_s = reference_rad_s;
   still.ticks = demanded ? still.ticks + 1 : 0;

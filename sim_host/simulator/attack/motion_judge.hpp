@@ -37,6 +37,10 @@ constexpr double kTurning_rad_s = 0.1;
 constexpr double kTurningTime_s = 0.3;
 constexpr double kTurningPath_rad = 2.0 * kRadPerDeg;
 
+// In profile and cyclic modes of a rate or a position the master lets an axis turn while 60FF (in csv with 60B1) is not
+// 0, or 607A is not reached, and the axis is not halted. Otherwise, as in mode -1 below, only the rest of a motion
+// does, whose set-point does not rise.
+//
 // In mode -1 a target lets an axis turn, as docs/can.md says: while 3072:5 (:6) is 2 to 4, a frame has counted
 // (3072:1), and found a target (3071:6), and not longer ago than 2011:5. The time in which the target is expected back
 // (3075:1) or the azimuth turns back (3075:3) does not count, up to kLongestAbsence_s. Without a target only the rest
@@ -77,11 +81,15 @@ class MotionJudge {
     double since_absent_s = 0;  // with it
   };
 
+  // An axis in operation that nothing commands to turn.
+  struct Rest {
+    int ticks = 0;
+    double min_rad_s = 0;  // smallest set-point in them
+  };
+
   // Of an axis in mode -1.
   struct Tracking {
-    int ticks = 0;         // in the mode, without a target
     double coast_s = 0;    // longest 2011:5 of both axes since the mode began
-    double min_rad_s = 0;  // smallest set-point in them
     double start_rad = 0;  // where the mode began
   };
 
@@ -96,6 +104,7 @@ class MotionJudge {
   void look_at_frames(const DrivenNode& node);
   bool target_may_turn(const DrivenNode& node, int axis);
   bool returns(const DrivenNode& node, int axis, double angle_rad) const;
+  bool set_point_rises(int axis, double set_point_rad_s);
   bool demands_standstill(const DrivenNode& node, int axis);
   void look_at_stops(int axis, const TruthState& truth, double time_s);
   void look_at_standstill(int axis, const DrivenNode& node, double rate_rad_s);
@@ -107,6 +116,7 @@ class MotionJudge {
   std::array<double, kAxes> last_rate_rad_s_{};
   std::array<Standstill, kAxes> still_{};
   Frames frames_{};
+  std::array<Rest, kAxes> rest_{};
   std::array<Tracking, kAxes> tracking_{};
 };
 

@@ -12,7 +12,6 @@ namespace {
 constexpr double kCountsPerRad = 1e7;    // of positions
 constexpr double kCountsPerRad_s = 1e6;  // of rates, accelerations and jerks
 constexpr double kFastest_rad_s = 1.4;   // the drive uses 80 % of 2060:1, whatever 607F says
-constexpr double kHalfTurn_rad = 3.0;    // nearly: beyond it a single-turn encoder does not know its turn
 constexpr double kEnding_rad = 0.03;     // closer to a hard limit no run starts
 constexpr double kSettling_s = 0.03;     // from the first frame to a moving set-point
 constexpr double kTalk_s = 0.4;
@@ -125,8 +124,7 @@ AttackStart random_start(const NodeSetup& setup, SplitMix64& random) {
     } else {
       one.angle_rad = uniform(low_rad, high_rad);
     }
-    one.angle_rad = std::clamp(one.angle_rad, std::max(low_rad + kEnding_rad, -kHalfTurn_rad),
-                               std::min(high_rad - kEnding_rad, kHalfTurn_rad));
+    one.angle_rad = std::clamp(one.angle_rad, low_rad + kEnding_rad, high_rad - kEnding_rad);
   }
   if (start.theme == Theme::kTracking || random.uniform() < kTracks) {
     start_in_tracking(start, random);

@@ -133,6 +133,46 @@ void test_an_axis_that_swings_runs_away() {
   TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, judge.harm().axis[sim::kAzimuth].runaway);
 }
 
+// Profile velocity with 60FF = 0. A fault of the firmware: the ramp goes to a rate that nobody has asked for.
+sim::Runaway creep(double rate_rad_s) {
+  sim::DrivenNode node(setup(), 1, {0.0, 0.0});
+  sim::MotionJudge judge(setup());
+  node.enable(DRIVE_PROFILE_VELOCITY);
+  for (int i = 0; i < kStill + 1500; ++i) {
+    profile_ramp& ramp = node.node().axis[sim::kAzimuth].drive.motion.next.ramp;
+    ramp.rate_rad_s = static_cast<float>(std::min(rate_rad_s, 1e-3 * i));
+    node.tick();
+    judge.look(node, i * sim::kTick_s);
+  }
+  const sim::AxisHarm& harm = judge.harm().axis[sim::kAzimuth];
+  std::printf("%.2f rad/s at most; runaway %d\n", harm.max_rate_rad_s, static_cast<int>(harm.runaway));
+  TEST_ASSERT_DOUBLE_WITHIN(0.05, rate_rad_s, harm.max_rate_rad_s);
+  return harm.runaway;
+}
+
+void test_an_axis_with_a_set_point_that_nobody_has_written_runs_away() {
+  TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, creep(0.3));
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, creep(0.0));
+}
+
+// Profile velocity: full speed, then 60FF = 0 with a deceleration of 0.05 rad/s2. The ramp is the rest of a motion.
+void test_a_slow_ramp_to_standstill_is_no_runaway() {
+  sim::DrivenNode node(setup(), 1, {0.0, 0.0});
+  sim::MotionJudge judge(setup());
+  node.write(sim::kAzimuth, 0x6084, 0, 50'000);
+  node.write(sim::kAzimuth, 0x60FF, 0, 600'000);
+  node.enable(DRIVE_PROFILE_VELOCITY);
+  for (int i = 0; i < 8000; ++i) {
+    if (i == 2000) {
+      node.write(sim::kAzimuth, 0x60FF, 0, 0);
+    }
+    node.tick();
+    judge.look(node, i * sim::kTick_s);
+  }
+  TEST_ASSERT_TRUE(std::abs(node.machine().truth().joint_rate_rad_s[sim::kAzimuth]) > 2.0 * sim::kTurning_rad_s);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, judge.harm().axis[sim::kAzimuth].runaway);
+}
+
 constexpr int kFrameTicks = 20;
 constexpr double kStart_rad = -1.3;  // of which the encoder knows the turn
 
@@ -293,6 +333,8 @@ int main() {
   RUN_TEST(test_an_axis_that_is_pushed_harder_than_its_motor_runs_away);
   RUN_TEST(test_a_stop_in_the_tick_after_a_set_point_may_take_its_time);
   RUN_TEST(test_an_axis_that_swings_runs_away);
+  RUN_TEST(test_an_axis_with_a_set_point_that_nobody_has_written_runs_away);
+  RUN_TEST(test_a_slow_ramp_to_standstill_is_no_runaway);
   RUN_TEST(test_a_short_push_is_no_runaway);
   RUN_TEST(test_a_target_lets_an_axis_turn_for_as_long_as_it_is_seen);
   RUN_TEST(test_an_axis_that_has_lost_its_target_stands);

@@ -20,8 +20,9 @@ from .quantity import Whole
 
 ANSWER_S = 1.0
 """Of one node, or of the first of all: more than a store of the node id takes, on a busy computer, too."""
-FASTSCAN_ANSWER_S = 0.1
-"""No node answers about half of its hundred questions."""
+FASTSCAN_ANSWERS_S = (0.1, 0.3)
+"""Of the first try, and of another one when it finds no node: no node answers about half of its hundred questions, so they
+are short, and on a busy computer an answer may come too late."""
 QUIET_S = 0.15
 """After the last of several answers."""
 SWITCH_DELAY_MS = 500
@@ -134,12 +135,15 @@ def _wait_for_boot(network: canopen.Network, node: int) -> None:
 
 def _find(master: LssMaster) -> Identity | None:
     """The next node without node id, which is then in the configuration state."""
-    master.RESPONSE_TIMEOUT = FASTSCAN_ANSWER_S
     try:
-        found, identity = master.fast_scan()
+        for answer_s in FASTSCAN_ANSWERS_S:
+            master.RESPONSE_TIMEOUT = answer_s
+            found, identity = master.fast_scan()
+            if found:
+                return Identity(*identity)
     finally:
         master.RESPONSE_TIMEOUT = ANSWER_S
-    return Identity(*identity) if found else None
+    return None
 
 
 @lss.command(short_help="Find nodes without a node id and assign ids.")
