@@ -155,7 +155,7 @@ void test_gyros_on_the_line_of_sight_hold_it_on_a_rolling_base() {
 void test_the_azimuth_keeps_its_margins_at_every_pitch_angle() {
   const sim::PlantConfig plant = tracker_plant();
   for (const double pitch_deg : {0.0, 45.0, 80.0, 89.0}) {
-    const sim::PitchMargins margins = sim::azimuth_margins(plant, pitch_deg * kRadPerDeg, false);
+    const sim::PitchMargins margins = sim::azimuth_margins(plant, pitch_deg * kRadPerDeg, false, bench::kSeeds[0]);
     char text[160];
     (void)std::snprintf(text, sizeof text, "%g deg: computed %.1f dB, %.1f deg; measured %.1f dB, %.1f deg; fixed %.1f",
                         pitch_deg, margins.computed.gain_margin_db, margins.computed.phase_margin_deg,

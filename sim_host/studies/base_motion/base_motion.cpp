@@ -131,6 +131,44 @@ nlohmann::ordered_json json_of(const BaseMotionSetup& setup, const TrackingOnBas
   return json;
 }
 
+// The worst of all seeds, which follow one another.
+std::vector<IsolationPoint> worst_of(const std::vector<IsolationPoint>& points) {
+  std::vector<IsolationPoint> worst;
+  for (const IsolationPoint& point : points) {
+    const bool known = !worst.empty() && worst.back().feedback == point.feedback &&
+                       worst.back().amplitude_rad == point.amplitude_rad &&
+                       worst.back().frequency_hz == point.frequency_hz;
+    if (!known) {
+      worst.push_back(point);
+    }
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      worst.back().isolation_db[i] = std::min(worst.back().isolation_db[i], point.isolation_db[i]);
+      worst.back().residual_db[i] = std::min(worst.back().residual_db[i], point.residual_db[i]);
+    }
+  }
+  return worst;
+}
+
+Margins smaller_of(const Margins& a, const Margins& b) {
+  Margins smaller = a;
+  smaller.gain_margin_db = std::min(a.gain_margin_db, b.gain_margin_db);
+  smaller.phase_margin_deg = std::min(a.phase_margin_deg, b.phase_margin_deg);
+  return smaller;
+}
+
+std::vector<PitchMargins> worst_of(const std::vector<PitchMargins>& all) {
+  std::vector<PitchMargins> worst;
+  for (const PitchMargins& one : all) {
+    const bool known =
+        !worst.empty() && worst.back().pitch_rad == one.pitch_rad && worst.back().pre_sliding == one.pre_sliding;
+    if (!known) {
+      worst.push_back(one);
+    }
+    worst.back().measured = smaller_of(worst.back().measured, one.measured);
+  }
+  return worst;
+}
+
 // One object for each curve.
 nlohmann::ordered_json curves_of(const std::vector<IsolationPoint>& points) {
   nlohmann::ordered_json curves = nlohmann::ordered_json::array();
@@ -168,7 +206,8 @@ BaseMotionStudy choices_of(const BaseMotionSetup& setup) {
   for (const FeedbackSource feedback : kFeedbacks) {
     for (const double amplitude_rad : setup.isolation_rad) {
       for (const double frequency_hz : setup.isolation_hz) {
-        study.isolation.push_back({feedback, amplitude_rad, frequency_hz, {}, {}});
+        study.isolation.insert(study.isolation.end(), setup.seeds.size(),
+                               {feedback, amplitude_rad, frequency_hz, {}, {}});
       }
     }
   }
@@ -177,7 +216,7 @@ BaseMotionStudy choices_of(const BaseMotionSetup& setup) {
       PitchMargins margins;
       margins.pitch_rad = pitch_rad;
       margins.pre_sliding = pre_sliding;
-      study.margins.push_back(margins);
+      study.margins.insert(study.margins.end(), setup.seeds.size(), margins);
     }
   }
   return study;
@@ -203,17 +242,18 @@ void add_margins(const BaseMotionSetup& setup, const BaseMotionStudy& study, std
   }
   const auto [lowest, highest] = std::minmax_element(setup.margin_pitch_rad.begin(), setup.margin_pitch_rad.end());
   const std::string name =
-      fmt::format("speed loop at pitch {:g} to {:g} deg, seed 1", kDegPerRad * *lowest, kDegPerRad * *highest);
-  double gain_db = std::numeric_limits<double>::infinity();
-  double phase_deg = gain_db;
-  for (const PitchMargins& margins : study.margins) {
-    gain_db = std::min(gain_db, margins.measured.gain_margin_db);
-    phase_deg = std::min(phase_deg, margins.measured.phase_margin_deg);
+      fmt::format("speed loop at pitch {:g} to {:g} deg", kDegPerRad * *lowest, kDegPerRad * *highest);
+  const std::size_t seeds = setup.seeds.size();
+  std::vector<double> gain_db(seeds, std::numeric_limits<double>::infinity());
+  std::vector<double> phase_deg = gain_db;
+  for (std::size_t i = 0; i < study.margins.size(); ++i) {
+    gain_db[i % seeds] = std::min(gain_db[i % seeds], study.margins[i].measured.gain_margin_db);
+    phase_deg[i % seeds] = std::min(phase_deg[i % seeds], study.margins[i].measured.phase_margin_deg);
   }
   const gain_design::MinMargins least;
   const char *const azimuth = axis_name(kAzimuth);
-  requirements.push_back({name, azimuth, "gain_margin", "dB", least.gain_margin_db, {gain_db}, Bound::kAtLeast});
-  requirements.push_back({name, azimuth, "phase_margin", "deg", least.phase_margin_deg, {phase_deg}, Bound::kAtLeast});
+  requirements.push_back({name, azimuth, "gain_margin", "dB", least.gain_margin_db, gain_db, Bound::kAtLeast});
+  requirements.push_back({name, azimuth, "phase_margin", "deg", least.phase_margin_deg, phase_deg, Bound::kAtLeast});
 }
 
 void print_tracking(const BaseMotionStudy& study) {
@@ -227,8 +267,8 @@ void print_tracking(const BaseMotionStudy& study) {
 }
 
 void print_isolation(const BaseMotionStudy& study) {
-  fmt::print("Isolation at the frequency of the base, and of the rms angle, dB; azimuth / pitch:\n");
-  for (const IsolationPoint& point : study.isolation) {
+  fmt::print("Isolation at the frequency of the base, and of the rms angle, worst seed, dB; azimuth / pitch:\n");
+  for (const IsolationPoint& point : worst_of(study.isolation)) {
     fmt::print("  {:<8} {:g} deg, {:g} Hz: {:.1f} / {:.1f}, {:.1f} / {:.1f}{}\n", feedback_name(point.feedback),
                kDegPerRad * point.amplitude_rad, point.frequency_hz, point.isolation_db[kAzimuth],
                point.isolation_db[kPitch], point.residual_db[kAzimuth], point.residual_db[kPitch],
@@ -237,8 +277,8 @@ void print_isolation(const BaseMotionStudy& study) {
 }
 
 void print_margins(const BaseMotionStudy& study) {
-  fmt::print("Margins of the azimuth, computed / measured; with gains that do not follow:\n");
-  for (const PitchMargins& margins : study.margins) {
+  fmt::print("Margins of the azimuth, computed / measured (worst seed); with gains that do not follow:\n");
+  for (const PitchMargins& margins : worst_of(study.margins)) {
     fmt::print("  {:g} deg, {:<11}  {:.1f} / {:.1f} dB, {:.1f} / {:.1f} deg; {:.1f} dB, {:.1f} deg\n",
                kDegPerRad * margins.pitch_rad, seal_name(margins.pre_sliding), margins.computed.gain_margin_db,
                margins.measured.gain_margin_db, margins.computed.phase_margin_deg, margins.measured.phase_margin_deg,
@@ -300,8 +340,8 @@ std::array<double, kAxes> tracking_on_base(const BaseMotionSetup& setup, const T
   return {tracking_sigma_rad(trace, kAzimuth, window), tracking_sigma_rad(trace, kPitch, window)};
 }
 
-PitchMargins azimuth_margins(const PlantConfig& plant, double pitch_rad, bool pre_sliding) {
-  const servo_params params = params_of(plant, kController, 1);
+PitchMargins azimuth_margins(const PlantConfig& plant, double pitch_rad, bool pre_sliding, std::uint64_t seed) {
+  const servo_params params = params_of(plant, kController, seed);
   const speed_loop_params& loop = params.axis[kAzimuth].speed;
   LinearMachine machine = linear_machine(plant, kAzimuth, pre_sliding);
   machine.inertia_kg_m2 = axis_inertia_kg_m2(plant, kAzimuth, pitch_rad);
@@ -313,7 +353,7 @@ PitchMargins azimuth_margins(const PlantConfig& plant, double pitch_rad, bool pr
       margins_of(computed_loop_gain(machine, loop_at_pitch(plant, kAzimuth, loop, pitch_rad), frequencies));
   margins.fixed = margins_of(computed_loop_gain(machine, loop, frequencies));
   margins.measured =
-      margins_of(measured_near_crossover(plant, params, kAzimuth, pre_sliding, margins.computed, 1, pitch_rad));
+      margins_of(measured_near_crossover(plant, params, kAzimuth, pre_sliding, margins.computed, seed, pitch_rad));
   return margins;
 }
 
@@ -369,13 +409,15 @@ BaseMotionStudy run_base_motion(const BaseMotionSetup& setup,
       return fmt::format("tracking on a base: {}", base_axis_name(tracking.base_axis));
     }
     if (job < tracking_jobs + isolation_jobs) {
-      IsolationPoint& point = study.isolation[job - tracking_jobs];
+      const std::size_t i = job - tracking_jobs;
+      IsolationPoint& point = study.isolation[i];
       point = isolation_at(setup.plant, kController, point.feedback, point.amplitude_rad, point.frequency_hz,
-                           setup.seeds.front());
+                           setup.seeds[i % seeds]);
       return fmt::format("isolation: {}", feedback_name(point.feedback));
     }
-    PitchMargins& margins = study.margins[job - tracking_jobs - isolation_jobs];
-    margins = azimuth_margins(setup.plant, margins.pitch_rad, margins.pre_sliding);
+    const std::size_t i = job - tracking_jobs - isolation_jobs;
+    PitchMargins& margins = study.margins[i];
+    margins = azimuth_margins(setup.plant, margins.pitch_rad, margins.pre_sliding, setup.seeds[i % seeds]);
     return fmt::format("margins at {:g} deg", kDegPerRad * margins.pitch_rad);
   });
   return study;
@@ -393,16 +435,17 @@ std::vector<Requirement> requirements_of(const BaseMotionSetup& setup, const Bas
       }
     }
   }
-  const auto at_goal = std::find_if(study.isolation.begin(), study.isolation.end(), is_goal);
-  for (int axis = 0; axis < kAxes && at_goal != study.isolation.end(); ++axis) {
-    requirements.push_back({fmt::format("base turns by {:g} deg at {:g} Hz, gyro feedback, seed {}",
-                                        kDegPerRad * kIsolationGoal_rad, kIsolationGoal_hz, setup.seeds.front()),
-                            axis_name(axis),
-                            "isolation",
-                            "dB",
-                            kIsolationGoal_db,
-                            {at_goal->residual_db[static_cast<std::size_t>(axis)]},
-                            Bound::kAtLeast});
+  std::array<std::vector<double>, kAxes> isolation_db;
+  for (const IsolationPoint& point : study.isolation) {
+    for (std::size_t i = 0; i < kAxes && is_goal(point); ++i) {
+      isolation_db[i].push_back(point.residual_db[i]);
+    }
+  }
+  for (int axis = 0; axis < kAxes && !isolation_db[0].empty(); ++axis) {
+    requirements.push_back({fmt::format("base turns by {:g} deg at {:g} Hz, gyro feedback",
+                                        kDegPerRad * kIsolationGoal_rad, kIsolationGoal_hz),
+                            axis_name(axis), "isolation", "dB", kIsolationGoal_db,
+                            isolation_db[static_cast<std::size_t>(axis)], Bound::kAtLeast});
   }
   add_margins(setup, study, requirements);
   return requirements;
@@ -429,9 +472,9 @@ void write_base_motion(const BaseMotionSetup& setup, const BaseMotionStudy& stud
   for (const TrackingOnBase& tracking : study.tracking) {
     json["tracking"].push_back(json_of(setup, tracking));
   }
-  json["isolation"] = curves_of(study.isolation);
+  json["isolation"] = curves_of(worst_of(study.isolation));
   json["margins"] = nlohmann::ordered_json::array();
-  for (const PitchMargins& margins : study.margins) {
+  for (const PitchMargins& margins : worst_of(study.margins)) {
     json["margins"].push_back({{"pitch_deg", kDegPerRad * margins.pitch_rad},
                                {"seal", seal_name(margins.pre_sliding)},
                                {"meets_goal", meets_goal(margins)},

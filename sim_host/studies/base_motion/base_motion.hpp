@@ -50,7 +50,7 @@ struct TrackingOnBase {
   std::vector<std::array<double, kAxes>> sigma_rad;  // for each seed: cross-elevation and elevation
 };
 
-// Both axes: the azimuth on a base that yaws, the pitch on one that pitches.
+// Of one seed. Both axes: the azimuth on a base that yaws, the pitch on one that pitches.
 struct IsolationPoint {
   FeedbackSource feedback = FeedbackSource::kGyro;
   double amplitude_rad = 0;
@@ -59,6 +59,7 @@ struct IsolationPoint {
   std::array<double, kAxes> residual_db{};  // the same of rms angles: with noise, harmonics and stick-slip
 };
 
+// Of one seed.
 struct PitchMargins {
   double pitch_rad = 0;
   bool pre_sliding = false;
@@ -69,8 +70,8 @@ struct PitchMargins {
 
 struct BaseMotionStudy {
   std::vector<TrackingOnBase> tracking;
-  std::vector<IsolationPoint> isolation;
-  std::vector<PitchMargins> margins;
+  std::vector<IsolationPoint> isolation;  // the seeds of a point follow one another
+  std::vector<PitchMargins> margins;      // the same
 };
 
 const char *feedback_name(FeedbackSource feedback);
@@ -88,7 +89,7 @@ IsolationPoint isolation_at(const PlantConfig& plant_at_rest, const std::string&
                             double amplitude_rad, double frequency_hz, std::uint64_t seed);
 
 // Of the azimuth, with the design of both of the above.
-PitchMargins azimuth_margins(const PlantConfig& plant, double pitch_rad, bool pre_sliding);
+PitchMargins azimuth_margins(const PlantConfig& plant, double pitch_rad, bool pre_sliding, std::uint64_t seed);
 
 BaseMotionStudy run_base_motion(const BaseMotionSetup& setup,
                                 const std::function<void(int, int, const std::string&)>& progress);

@@ -58,6 +58,7 @@ struct NodeTrackingCase {
   bool base_rates = false;                                 // a sensor on the base sends its rates (3076)
   double acceleration_rad_s2 = 0;  // 6083 of both axes from the settling time on; 0: as delivered, from the start
   double misstated_s = 0;          // added to the age of each frame; the node corrects it (3073:1 = 2)
+  double age_jitter_s = 0;         // largest error of a frame's age, another one for each frame
 };
 
 struct NodeTrackingRun {
