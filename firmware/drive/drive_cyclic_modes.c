@@ -53,7 +53,8 @@ static drive_angle nearest_angle(const drive_motion *motion, int32_t position) {
 drive_setpoint motion_cyclic_position(drive_motion *motion, const drive_objects *objects,
                                       const drive_feedback *feedback, float dt_s) {
   const drive_limit_objects *limit = &objects->limit;
-  const profile_limits limits = drive_profile_limits(limit, motion->bounds.position_rad_s, limit->deceleration);
+  const profile_limits limits =
+      drive_profile_limits(&motion->bounds, limit, motion->bounds.position_rad_s, limit->deceleration);
   const int period_ticks = period_of(motion, limit, dt_s);
   if (setpoints_missing(motion, feedback, period_ticks)) {
     return motion_ordered_stop(motion, feedback, &limits, dt_s);

@@ -13,17 +13,18 @@ bool drive_mode_supported(int8_t mode) {
          (mode >= DRIVE_CYCLIC_POSITION && mode <= DRIVE_CYCLIC_TORQUE);
 }
 
-profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration) {
+profile_limits drive_profile_limits(const drive_bounds *bounds, const drive_limit_objects *limit, float rate_rad_s,
+                                    uint32_t deceleration) {
   return (profile_limits){
       .rate_rad_s = rate_rad_s,
       .acceleration_rad_s2 = drive_limit_from_counts(limit->acceleration),
       .deceleration_rad_s2 = drive_limit_from_counts(deceleration),
-      .jerk_rad_s3 = drive_limit_from_counts(limit->jerk),
+      .jerk_rad_s3 = scalar_max(drive_limit_from_counts(limit->jerk), bounds->jerk_rad_s3),
   };
 }
 
 profile_limits motion_velocity_limits(const drive_bounds *bounds, const drive_limit_objects *limit) {
-  return drive_profile_limits(limit, bounds->rate_rad_s, limit->deceleration);
+  return drive_profile_limits(bounds, limit, bounds->rate_rad_s, limit->deceleration);
 }
 
 void drive_motion_reset(drive_motion *motion, drive_angle position) {
@@ -319,7 +320,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
   } else {
     const drive_limit_objects *limit = &objects->limit;
     const uint32_t deceleration = action == DRIVE_QUICK_STOP ? limit->quick_stop_deceleration : limit->deceleration;
-    const profile_limits limits = drive_profile_limits(limit, motion->bounds.rate_rad_s, deceleration);
+    const profile_limits limits = drive_profile_limits(&motion->bounds, limit, motion->bounds.rate_rad_s, deceleration);
     setpoint = motion_ordered_stop(motion, feedback, &limits, dt_s);
   }
   motion->next.ready = false;

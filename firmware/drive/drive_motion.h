@@ -106,8 +106,10 @@ typedef struct {
 
 bool drive_mode_supported(int8_t mode);
 
-/* Returns the complete ramp limits of this tick: profile velocity and deceleration depend on the motion. */
-profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration);
+/* Returns the complete ramp limits of this tick: profile velocity and deceleration depend on the motion. A lower 60A4
+ * counts when the acceleration is 0: before, the rate would pass its target, and 0, while the acceleration ends. */
+profile_limits drive_profile_limits(const drive_bounds *bounds, const drive_limit_objects *limit, float rate_rad_s,
+                                    uint32_t deceleration);
 
 void drive_motion_reset(drive_motion *motion, drive_angle position);
 

@@ -8,7 +8,7 @@ enum { BLOCKED_MS = 100 }; /* a push inwards is shorter */
 /* The limits of pp. */
 static profile_limits position_limits(const drive_bounds *bounds, const drive_limit_objects *limit) {
   const float rate_rad_s = scalar_min(drive_limit_from_counts(limit->profile_velocity), bounds->position_rad_s);
-  return drive_profile_limits(limit, rate_rad_s, limit->deceleration);
+  return drive_profile_limits(bounds, limit, rate_rad_s, limit->deceleration);
 }
 
 /* An axis that cannot brake as hard as 6084 would overshoot its target; the overshoot must not leave the travel. */
@@ -116,9 +116,16 @@ static void back_off(drive_motion *motion) {
   }
 }
 
+static void keep_jerk(drive_motion *motion, const drive_limit_objects *limit) {
+  const float now_rad_s3 = drive_limit_from_counts(limit->jerk);
+  const float begun_rad_s3 = motion->ramp.acceleration_rad_s2 != 0.0f ? motion->bounds.jerk_rad_s3 : 0.0f;
+  motion->bounds.jerk_rad_s3 = scalar_max(now_rad_s3, begun_rad_s3);
+}
+
 void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, const drive_machine *machine,
                           float dt_s) {
   drive_bounds_update(&motion->bounds, objects, machine);
+  keep_jerk(motion, &objects->limit);
   motion->next.ready = false;
   back_off(motion);
   const bool has_target = motion->mode == DRIVE_PROFILE_POSITION || motion->mode == DRIVE_TRACKING;

@@ -44,6 +44,7 @@ typedef struct {
   float position_rad_s; /* of pp and csp: no faster than the position loop, or the axis would fall behind */
   float braking_rad_s2;
   float stop_rad_s2;     /* least deceleration of an ordered stop */
+  float jerk_rad_s3;     /* 60A4, or what it was when the ramp's acceleration began, if that is more */
   bool position_unknown; /* no position has a meaning */
 } drive_bounds;
 

@@ -15,7 +15,7 @@ void axis_monitor_reset(axis_monitor *monitor) {
   axis_protection_reset(&monitor->state);
   monitor->slow = (slow_monitors){.found = 0};
   monitor->judged = 0;
-  envelope_reset(&monitor->envelope);
+  envelope_release(&monitor->envelope);
   axis_monitor_retuned(monitor);
 }
 

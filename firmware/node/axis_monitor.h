@@ -59,7 +59,7 @@ static inline bool axis_monitor_base_is_fixed(const axis_monitor *monitor) {
   return monitor->limits.fixed_base_rad > 0.0f;
 }
 
-/* Forgets detected faults; the limits stay. */
+/* Forgets detected faults; the limits stay, and an axis that still turns is kept within them. */
 void axis_monitor_reset(axis_monitor *monitor);
 
 /* Returns the faults that the samples of this tick show, and those that the last deferred task has found; `drive` is as

@@ -5,7 +5,11 @@ enum { CAMERA = 0x3071, CAMERA_SCALE = 1, CAMERA_ROLL = 2, CAMERA_MIRRORED = 7, 
 
 #define TRUSTED_RAD 2e-4f
 
-enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500, STALE_DROPS = 8, STALE_TICKS = 1000 };
+enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500, STALE_TICKS = 1000 };
+
+/* Told: eight repeated frames in a row or six others; in the long run more than half of the frames, or two in five. So
+ * a sender that sends each frame twice is not told, and of two senders at once each is. */
+enum { STALE_DROPS = 16, DROP_OF_REPEATED = 2, DROP_OF_OTHER = 3, BACK_OF_TAKEN = 2 };
 
 void tracking_start(target_tracking *self, hal *machine) {
   self->machine = machine;
@@ -425,9 +429,10 @@ static void count_drops(target_tracking *self, bool tracks) {
   }
   const uint32_t dropped = self->frames.dropped - self->objects.dropped;
   if (self->frames.taken != self->objects.taken) {
-    self->drops = 0;
+    self->drops = (uint16_t)(self->drops > BACK_OF_TAKEN ? self->drops - BACK_OF_TAKEN : 0);
+  } else if (dropped > 0 && self->drops < STALE_DROPS) {
+    self->drops = (uint16_t)(self->drops + (self->frames.repeated ? DROP_OF_REPEATED : DROP_OF_OTHER));
   }
-  self->drops = (uint16_t)(self->drops < STALE_DROPS ? self->drops + dropped : self->drops);
   self->quiet_ticks = (uint16_t)(dropped == 0 && self->quiet_ticks < STALE_TICKS ? self->quiet_ticks + 1 : 0);
   self->stale = self->drops >= STALE_DROPS || picture_check_is_wrong(&self->orientation) ||
                 (self->stale && self->quiet_ticks < STALE_TICKS);

@@ -139,6 +139,8 @@ void envelope_lose(envelope_state *state, envelope_phase phase) {
   judge_nothing(state, phase);
 }
 
+void envelope_release(envelope_state *state) { judge_nothing(state, ENVELOPE_POWERLESS); }
+
 unsigned envelope_step(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
                        angle_turn32 angle, float position_rad, float reference_rad_s) {
   const int32_t step = (int32_t)(angle - state->angle[1]);

@@ -92,6 +92,9 @@ envelope_limits envelope_prepare(const envelope_params *params, float dt_s);
 /* Forgets the motion. */
 void envelope_reset(envelope_state *state);
 
+/* Forgets what was ordered, not the motion: an axis that still turns since it had power is kept within the travel. */
+void envelope_release(envelope_state *state);
+
 /* Computes one tick, with the angle of this tick and the position, which counts turns. `powered`: the bridge was on in
  * the last tick. `reference_rad_s`: the set-point of the speed loop in the last tick; in the first half second of an
  * ordered stop the axis may catch up with it. */

@@ -510,14 +510,17 @@ const fault_text fault_texts[FAULT_COUNT] = {
         {.name = "camera frames do not count",
          .owner = FAULT_OF_BOARD,
          .reported_once = false,
-         .detection = "Eight frames of the camera in a row did not count. The detail is the reason, 3072:4.",
+         .detection =
+             "Six frames of the camera in a row did not count, or more than two in five; of frames that are sent "
+             "again, eight in a row or more than half. The detail is the reason, 3072:4.",
          .when = "While an axis is in operation in mode -1.",
          .timer = "",
          .cause = "The image processor has frozen and repeats a picture or its counter, or restarts again and "
                   "again. Detail 7: the camera is mounted upside down, or its picture is turned or mirrored, or does "
                   "not answer the motion of the axes (3072:9). "
                   "Detail 5: 1013 is set again and again. Detail 8: 3071:1 does not fit the unit of the errors. Detail "
-                  "9 or 10: it has lost its target, or takes turns between two.",
+                  "9 or 10: it has lost its target, or takes turns between two. Detail 1 while the axes follow a "
+                  "target: two image processors send with the same identifier.",
          .check =
              "Read 3072:4. Does 3070:5 advance by one with each frame, and do 3070:1 and 3070:2 change when the axes "
              "move? Detail 7: read 3072:9 and 3072:10.",

@@ -40,7 +40,8 @@ static pointing_frame drop(camera_input *input, camera_drop why) {
 /* Returns whether this message, which is not newer, completes the sign of a sender that has begun anew. `ahead` of the
  * message before; 0: sent again. */
 static bool has_restarted(camera_input *input, uint8_t ahead) {
-  if (ahead > 0) {
+  input->repeated = ahead == 0;
+  if (!input->repeated) {
     const bool advances = input->restarts > 0 && ahead <= CAMERA_RESTART_STEP;
     input->restarts = advances ? (uint16_t)(input->restarts + 1) : 1;
   }

@@ -95,6 +95,7 @@ typedef struct {
   uint32_t taken;   /* messages that counted */
   uint32_t missed;  /* skipped counters */
   uint32_t dropped; /* messages that did not count */
+  bool repeated;    /* the last message that was not newer had the counter of the one before */
   camera_drop last_drop;
 } camera_input;
 

@@ -1650,6 +1650,43 @@ static void test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f(
   }
 }
 
+/* 60A4 falls to one count while the axis brakes, or accelerates, with 2 rad/s2. Then it would take 23 days to end this
+ * acceleration; the rate would pass 0, or the target. */
+static void test_a_jerk_that_falls_during_a_ramp_does_not_carry_the_rate_past_its_target(void) {
+  const int32_t targets[] = {0, -300000, 800000};
+  const uint16_t words[] = {0x0F, 0x07, 0x02, 0x10F};
+  for (unsigned i = 0; i < 3; ++i) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.o.velocity.target = 500000;
+    ticks(&b, 1000);
+    b.o.velocity.target = targets[i];
+    ticks(&b, 100);
+    CHECK_AT_LEAST("acceleration, rad/s2", 1.9, fabs((double)b.command.speed.acceleration_rad_s2));
+    b.o.limit.jerk = 1;
+    const double target_rad_s = 1e-6 * targets[i];
+    for (int tick_index = 0; tick_index < 2000; ++tick_index) {
+      tick(&b);
+      const double rate_rad_s = (double)b.command.speed.rate_rad_s;
+      TEST_ASSERT_TRUE(targets[i] > 0 ? rate_rad_s < target_rad_s + 1e-6 : rate_rad_s > target_rad_s - 1e-6);
+    }
+    CHECK_NEAR("rate, rad/s", target_rad_s, (double)b.command.speed.rate_rad_s, 1e-6);
+  }
+  for (unsigned i = 1; i < 4; ++i) { /* disable operation, quick stop, halt */
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.o.velocity.target = 500000;
+    ticks(&b, 1000);
+    b.o.velocity.target = 0;
+    ticks(&b, 100);
+    b.o.limit.jerk = 1;
+    b.o.state.controlword = words[i];
+    for (int tick_index = 0; tick_index < 2000; ++tick_index) {
+      tick(&b);
+      TEST_ASSERT_TRUE(b.rate_rad_s > -1e-6);
+    }
+    CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_axis_is_off_and_reports_its_position_before_it_is_enabled);
@@ -1729,5 +1766,6 @@ int main(void) {
   RUN_TEST(test_a_second_stop_waits_its_own_200_ms_for_an_axis_that_does_not_come_to_rest);
   RUN_TEST(test_an_axis_that_does_not_come_to_rest_is_let_go_after_200_ms);
   RUN_TEST(test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f);
+  RUN_TEST(test_a_jerk_that_falls_during_a_ramp_does_not_carry_the_rate_past_its_target);
   return UNITY_END();
 }

@@ -611,7 +611,54 @@ static void test_of_two_cameras_at_once_the_axes_follow_the_first(void) {
     CHECK_AT_MOST("error, rad", 5e-6, worst_rad);
     TEST_ASSERT_EQUAL(250, node.tracking.frames.dropped - dropped);
     TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, node.tracking.frames.last_drop);
+    TEST_ASSERT_EQUAL_HEX32(CAMERA_NOT_NEWER << 16 | 0x7000, newest_error() & 0xFFFFFF);
   }
+}
+
+/* The same, but the second camera's counter is up to 4 further than that of the first: a sender may be so far ahead. It
+ * leads from then on, and that there are two is told. The axes are never between the two targets. */
+static void test_a_second_camera_that_is_just_ahead_takes_the_lead_and_is_told(void) {
+  for (unsigned ahead = 2; ahead <= 4; ++ahead) {
+    setUp();
+    enable(0, TRACKING);
+    enable(PITCH, TRACKING);
+    follow_for(3000);
+    while (world.ms % FRAME_MS != 7) {
+      follow_for(1);
+    }
+    const uint8_t others[] = {0xD0, 0x07, 0x30, 0xF8, 0xB8, 0x0B, 90}; /* 2 and -2 mrad from the boresight, 30 ms old */
+    for (unsigned frame = 0; frame < 50; ++frame) {
+      uint8_t data[8];
+      memcpy(data, others, sizeof others);
+      data[7] = (uint8_t)(world.counter + ahead);
+      give(FRAME_ID, 8, data);
+      follow_for(FRAME_MS);
+    }
+    TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, get(CAMERA_STATE, LAST_DROP) & 0xFF);
+    TEST_ASSERT_EQUAL_HEX32(CAMERA_NOT_NEWER << 16 | 0x7000, newest_error() & 0xFFFFFF);
+    TEST_ASSERT_TRUE(node.tracking.frames.taken + node.tracking.frames.dropped >= 200);
+    TEST_ASSERT_TRUE(node.tracking.frames.dropped >= 45); /* one of each pair */
+  }
+}
+
+/* Each frame comes twice, 7 ms apart: nothing is told. */
+static void test_frames_that_are_sent_twice_are_counted_only(void) {
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(3000);
+  while (world.ms % FRAME_MS != 7) {
+    follow_for(1);
+  }
+  const uint32_t errors = get(0x1003, 0);
+  const uint32_t dropped = node.tracking.frames.dropped;
+  for (unsigned frame = 0; frame < 100; ++frame) {
+    uint8_t data[8] = {0, 0, 0, 0, 0xB8, 0x0B, 90, 0};
+    data[7] = (uint8_t)world.counter;
+    give(FRAME_ID, 8, data);
+    follow_for(FRAME_MS);
+  }
+  TEST_ASSERT_EQUAL(100, node.tracking.frames.dropped - dropped);
+  TEST_ASSERT_EQUAL_HEX32(errors, get(0x1003, 0));
 }
 
 /* The camera sees something else in one frame, so far beside the target, while the azimuth or both axes follow it. */
@@ -1167,6 +1214,8 @@ int main(void) {
   RUN_TEST(test_errors_that_jump_to_and_fro_do_not_turn_the_axes);
   RUN_TEST(test_axes_that_begin_together_go_to_where_the_target_was_seen);
   RUN_TEST(test_of_two_cameras_at_once_the_axes_follow_the_first);
+  RUN_TEST(test_a_second_camera_that_is_just_ahead_takes_the_lead_and_is_told);
+  RUN_TEST(test_frames_that_are_sent_twice_are_counted_only);
   RUN_TEST(test_a_single_frame_of_something_else_moves_no_axis);
   RUN_TEST(test_frames_count_again_when_they_agree);
   RUN_TEST(test_nothing_but_the_counter_hands_a_frame_over);

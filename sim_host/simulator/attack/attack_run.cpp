@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kNarrowStop_rad = 170.0 * kRadPerDeg;
 constexpr double kNarrowShare = 0.8;  // of the seeds
+constexpr std::uint64_t kBrakes = 2;  // every other seed has holding brakes
 constexpr int kAnswerTicks = 2000;    // resets and saves at the very end, 0.25 s each, are over by then
 
 PlantConfig with_narrow_azimuth(PlantConfig plant) {
@@ -32,14 +33,15 @@ class AttackRun {
  public:
   AttackRun(const AttackBench& bench, std::uint64_t seed, EventLog *log)
       : random_(SplitMix64::mix(seed)),
+        brakes_(seed % kBrakes == 0),
         narrow_(random_.uniform() < kNarrowShare),
         setup_(narrow_ ? bench.narrow() : bench.shipped()),
         start_(random_start(setup_, random_)),
         master_(log),
         attacker_(bench.objects(), setup_, start_, kWrites_s, random_),
         node_(setup_, seed, {start_.axis[kAzimuth].angle_rad, start_.axis[kPitch].angle_rad},
-              {master_.receiver(), flash_.areas(), true}),
-        judge_(setup_),
+              {master_.receiver(), flash_.areas(), brakes_}),
+        judge_(setup_, brakes_),
         reporter_(log) {
     node_.fall_silent();  // only the frames of `master_` count
     master_.connect(node_);
@@ -76,6 +78,7 @@ class AttackRun {
   }
 
   SplitMix64 random_;
+  bool brakes_;
   bool narrow_;
   const NodeSetup& setup_;
   AttackStart start_;

@@ -19,6 +19,12 @@ double set_point_rad_s(const DrivenNode& node, int axis) {
   return static_cast<double>(std::max(std::abs(reference_rad_s), std::abs(command_rad_s)));
 }
 
+// A set-point in the direction of the rate that the master has written; one of 0 has any.
+bool is_towards(const DrivenNode& node, int axis, std::int64_t target_counts) {
+  const float reference_rad_s = node.machine().firmware(axis).signals.reference.rate_rad_s;
+  return target_counts != 0 && static_cast<double>(reference_rad_s) * static_cast<double>(target_counts) >= 0.0;
+}
+
 // What the master has written lets the axis turn, whatever the firmware makes of it. Homing and experiments choose
 // their own set-points.
 bool master_lets_turn(const DrivenNode& node, int axis) {
@@ -28,9 +34,9 @@ bool master_lets_turn(const DrivenNode& node, int axis) {
   }
   switch (node.axis(axis).drive.motion.mode) {
     case DRIVE_PROFILE_VELOCITY:
-      return objects.velocity.target != 0;
+      return is_towards(node, axis, objects.velocity.target);
     case DRIVE_CYCLIC_VELOCITY:
-      return static_cast<std::int64_t>(objects.velocity.target) + objects.velocity.offset != 0;
+      return is_towards(node, axis, std::int64_t{objects.velocity.target} + objects.velocity.offset);
     case DRIVE_PROFILE_POSITION:
     case DRIVE_CYCLIC_POSITION:
       return std::abs(static_cast<std::int64_t>(objects.position.target) - objects.position.actual) > kReached;
@@ -148,6 +154,12 @@ bool MotionJudge::demands_standstill(const DrivenNode& node, int axis) {
   return set_point_rises(axis, wanted_rad_s) || follows || wanted_rad_s < kAtRest_rad_s;
 }
 
+void MotionJudge::look_at_power(int axis, const DrivenNode& node, double rate_rad_s) {
+  bool& counts = counts_[static_cast<std::size_t>(axis)];
+  const bool powered = node.machine().firmware(axis).mode != SERVO_OFF;
+  counts = brakes_ || powered || (counts && std::abs(rate_rad_s) > kCameToRest_rad_s);
+}
+
 void MotionJudge::look_at_stops(int axis, const TruthState& truth, double time_s) {
   const auto i = static_cast<std::size_t>(axis);
   const std::optional<EndStopConfig>& stop = setup_.plant.axis[i].end_stops;
@@ -157,7 +169,7 @@ void MotionJudge::look_at_stops(int axis, const TruthState& truth, double time_s
   const double angle_rad = truth.joint_angle_rad[i];
   const bool touches = angle_rad < stop->lower_rad || angle_rad > stop->upper_rad;
   EndStopContacts& contacts = harm_.axis[i].contacts;
-  if (touches && !in_contact_[i]) {
+  if (touches && !in_contact_[i] && counts_[i]) {
     // The stop acts within a tick: the faster of the speeds before and after it.
     const double speed_rad_s = std::max(std::abs(last_rate_rad_s_[i]), std::abs(truth.joint_rate_rad_s[i]));
     contacts.count++;
@@ -183,7 +195,7 @@ void MotionJudge::look_at_standstill(int axis, const DrivenNode& node, double ra
       std::abs(static_cast<double>(node.machine().firmware(axis).signals.reference.rate_rad_s));
   const bool rests = rest_[i].ticks > kEntryTicks;
   const bool commanded = !rests && reference_rad_s > still.reference_rad_s + kAtRest_rad_s;
-  const bool demanded = demands_standstill(node, axis) && !commanded;
+  const bool demanded = demands_standstill(node, axis) && !commanded && counts_[i];
   still.reference_rad_s = reference_rad_s;
   still.ticks = demanded ? still.ticks + 1 : 0;
   if (!demanded || (closed && !still.closed)) {
@@ -223,6 +235,7 @@ void MotionJudge::look(const DrivenNode& node, double time_s) {
   look_at_frames(node);
   for (int axis = 0; axis < kAxes; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
+    look_at_power(axis, node, truth.joint_rate_rad_s[i]);
     look_at_stops(axis, truth, time_s);
     look_at_speed(axis, node, truth.joint_rate_rad_s[i], time_s);
     harm_.not_finite = harm_.not_finite || !is_finite(node.machine().firmware(axis)) ||

@@ -37,9 +37,9 @@ constexpr double kTurning_rad_s = 0.1;
 constexpr double kTurningTime_s = 0.3;
 constexpr double kTurningPath_rad = 2.0 * kRadPerDeg;
 
-// In profile and cyclic modes of a rate or a position the master lets an axis turn while 60FF (in csv with 60B1) is not
-// 0, or 607A is not reached, and the axis is not halted. Otherwise, as in mode -1 below, only the rest of a motion
-// does, whose set-point does not rise.
+// In profile and cyclic modes of a rate or a position the master lets an axis turn in the direction of 60FF (in csv
+// with 60B1), or while 607A is not reached, and the axis is not halted. Otherwise, as in mode -1 below, only the rest
+// of a motion does, whose set-point does not rise.
 //
 // In mode -1 a target lets an axis turn, as docs/can.md says: while 3072:5 (:6) is 2 to 4, a frame has counted
 // (3072:1), and found a target (3071:6), and not longer ago than 2011:5. The time in which the target is expected back
@@ -63,10 +63,14 @@ struct Harm {
   bool runs_away() const;
 };
 
+// Without holding brakes an axis that came to rest without power is moved by the wind alone: neither its contacts nor
+// its motion count until it has power again. Slower than this an axis without power has come to rest.
+constexpr double kCameToRest_rad_s = 0.02;
+
 // Of one run. Call `look` after each tick.
 class MotionJudge {
  public:
-  explicit MotionJudge(const NodeSetup& setup) : setup_(setup) {}
+  explicit MotionJudge(const NodeSetup& setup, bool brakes = true) : setup_(setup), brakes_(brakes) {}
 
   void look(const DrivenNode& node, double time_s);
 
@@ -106,12 +110,15 @@ class MotionJudge {
   bool returns(const DrivenNode& node, int axis, double angle_rad) const;
   bool set_point_rises(int axis, double set_point_rad_s);
   bool demands_standstill(const DrivenNode& node, int axis);
+  void look_at_power(int axis, const DrivenNode& node, double rate_rad_s);
   void look_at_stops(int axis, const TruthState& truth, double time_s);
   void look_at_standstill(int axis, const DrivenNode& node, double rate_rad_s);
   void look_at_speed(int axis, const DrivenNode& node, double rate_rad_s, double time_s);
 
   const NodeSetup& setup_;
+  bool brakes_;
   Harm harm_;
+  std::array<bool, kAxes> counts_{};
   std::array<bool, kAxes> in_contact_{};
   std::array<double, kAxes> last_rate_rad_s_{};
   std::array<Standstill, kAxes> still_{};

@@ -15,6 +15,7 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kRunUp_rad = 0.9;          // from the start to the writes: the axis reaches its speed before
+constexpr double kFromEnd_rad = 0.05;       // no start is closer to an end of the hard travel
 constexpr double kTrackingRunUp_rad = 1.2;  // likewise in mode -1
 constexpr double kLargestStart_rad = 1.3;   // of which the encoder knows the turn, in the plant's own travel
 constexpr double kLongestWideRunUp_s = 8.0;
@@ -104,7 +105,7 @@ void add_tracking(std::vector<NamedSequence>& list) {
   NamedSequence unknown = led_by_target("start at 240 deg, target leads outwards", {});
   unknown.approach = Approach::kBeyondHalfTurn;
   unknown.angle_rad = 240.0 * kRadPerDeg;
-  unknown.seconds = 6;
+  unknown.seconds = 25;
   list.push_back(unknown);
 }
 
@@ -131,7 +132,7 @@ NamedSequence beyond_half_turn(const char *name, bool harmless, double angle_deg
   sequence.approach = Approach::kBeyondHalfTurn;
   sequence.angle_rad = angle_deg * kRadPerDeg;
   sequence.rate_rad_s = rate_deg_s * kRadPerDeg;
-  sequence.seconds = 6;
+  sequence.seconds = 25;  // at 4 deg/s to the end of the travel
   return sequence;
 }
 
@@ -151,15 +152,20 @@ std::vector<NamedSequence> all_sequences() {
       towards_end("position limits wide open", true,
                   {{0x607D, 1, 0}, {0x607D, 2, 0}, {0x6084, 0, 4294967295.0}, {0x60FF, 0, 1.4e6, true}}),
   };
+  list.push_back(towards_end("reset of the node", true, {}));
+  list.back().resets = true;
+  list.push_back(towards_end("reduced speed, a second before the end", true, {{0x2062, 0, 1}}));
+  list.back().distance_rad = 1.45;  // fault 50 comes 1.2 rad later
   list.push_back(towards_end("torque limit of 0", true, {{0x6072, 0, 0}}));
   NamedSequence offset =
       towards_end("gains of 0 and full torque offset", true,
                   {{0x60B2, 0, 1000, true}, {0x2000, 1, 0}, {0x2000, 2, 0}, {0x2020, 1, 0}, {0x2070, 1, 1}});
   offset.mode = DRIVE_CYCLIC_VELOCITY;
   list.push_back(offset);
-  NamedSequence heartbeat = towards_end("heartbeat lost with a deceleration and jerk of one count", true,
-                                        {{0x6085, 0, 1}, {0x60A4, 1, 1}, {0x1016, 1, kMasterNode << 16 | 100}});
+  NamedSequence heartbeat =
+      towards_end("heartbeat lost with a deceleration and jerk of one count", true, {{0x6085, 0, 1}, {0x60A4, 1, 1}});
   heartbeat.heartbeats = true;
+  heartbeat.reports = FAULT_HEARTBEAT_LOST;
   list.push_back(heartbeat);
   NamedSequence silence = towards_end("silence of the master", true, {});
   silence.rate_rad_s = 20.0 * kRadPerDeg;
@@ -186,6 +192,7 @@ struct SequencePlace {
   double direction;
   double distance_rad;
   bool together = false;  // mode -1: both axes track
+  bool brakes = true;     // the holding brakes of the plant file are fitted
 };
 
 // One run of a sequence.
@@ -199,8 +206,8 @@ class SequenceRun {
         distance_rad_(place.distance_rad),
         setup_(sequence.wide || sequence.approach == Approach::kBeyondHalfTurn ? bench.shipped() : bench.narrow()),
         master_(log),
-        node_(setup_, kSeed, start_angles(), {master_.receiver(), flash_.areas(), true}),
-        judge_(setup_),
+        node_(setup_, kSeed, start_angles(), {master_.receiver(), flash_.areas(), place.brakes}),
+        judge_(setup_, place.brakes),
         reporter_(log) {
     node_.fall_silent();  // only the frames of `master_` count
     master_.connect(node_);
@@ -210,6 +217,9 @@ class SequenceRun {
     approach();
     if (!sequence_.early) {
       send(sequence_.writes(node_, axis_, direction_));
+    }
+    if (sequence_.resets) {
+      master_.send(can_frame{0x000, 0, 2, {0x81, 1}, 0}, "NMT reset node");
     }
     films_ = films_ && !sequence_.frames_stop;
     result_.sequence = &sequence_;
@@ -239,16 +249,18 @@ class SequenceRun {
     if (sequence_.approach == Approach::kTowardsEnd) {
       angle = limit() - direction_ * (distance_rad_ + run_up());
       angle = sequence_.wide ? std::clamp(angle, -kLargestStart_rad, kLargestStart_rad) : angle;
+      angle = std::clamp(angle, limit(-1.0) + kFromEnd_rad, limit(1.0) - kFromEnd_rad);
     } else if (sequence_.approach == Approach::kBeyondHalfTurn) {
       angle = direction_ * sequence_.angle_rad;
     }
     return angles;
   }
 
-  double limit() const {
+  double limit(double direction) const {
     const protection_limits& limits = setup_.limits[static_cast<std::size_t>(axis_)];
-    return static_cast<double>(direction_ < 0.0 ? limits.minimum_rad : limits.maximum_rad);
+    return static_cast<double>(direction < 0.0 ? limits.minimum_rad : limits.maximum_rad);
   }
+  double limit() const { return limit(direction_); }
   // A target takes longer to make the axis fast.
   double run_up() const { return sequence_.mode == DRIVE_TRACKING ? kTrackingRunUp_rad : kRunUp_rad; }
   double angle() const { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis_)]; }
@@ -379,6 +391,7 @@ class SequenceRun {
 
   void note_fault(double from_s) {
     const int fault = static_cast<int>(node_.axis(axis_).drive.fault);
+    reported_ = reported_ || sequence_.reports == FAULT_NONE || fault == static_cast<int>(sequence_.reports);
     if (fault != FAULT_NONE && result_.faults.empty()) {
       result_.faults.push_back(fault);
       result_.last_fault_s = time_s_ - from_s;
@@ -392,8 +405,9 @@ class SequenceRun {
       result_.max_torque_nm = std::max(result_.max_torque_nm, one.contacts.torque_nm);
     }
     const bool rests = last_rate_rad_s_ < kRestsBelow_rad_s;
-    result_.harmless = !result_.harm.hits_hard() && !result_.harm.runs_away() && !result_.harm.not_finite &&
-                       result_.max_rate_rad_s <= sequence_.max_rate_rad_s && (rests || !sequence_.rests_at_end);
+    result_.harmless = reported_ && !result_.harm.hits_hard() && !result_.harm.runs_away() &&
+                       !result_.harm.not_finite && result_.max_rate_rad_s <= sequence_.max_rate_rad_s &&
+                       (rests || !sequence_.rests_at_end);
   }
 
   const NamedSequence& sequence_;
@@ -408,6 +422,7 @@ class SequenceRun {
   MotionJudge judge_;
   EventReporter reporter_;
   SequenceResult result_;
+  bool reported_ = false;  // the fault that must be
   double last_rate_rad_s_ = 0;
   double filmed_s_ = 0;  // since the axis tracks
   CameraSender sender_{kCameraCobId};
@@ -436,6 +451,11 @@ std::vector<SequencePlace> places_of(const NamedSequence& sequence) {
         places.push_back({axis, direction, 0.3 * sequence.distance_rad, tracks});
       }
     }
+  }
+  const std::size_t with_brakes = places.size();
+  for (std::size_t i = 0; i < with_brakes; ++i) {
+    places.push_back(places[i]);
+    places.back().brakes = false;
   }
   return places;
 }

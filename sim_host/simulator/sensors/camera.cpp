@@ -18,23 +18,45 @@ bool drops_out(const CameraConfig& config, double time_s) {
 }  // namespace
 
 Camera::Camera(const CameraConfig& config, std::uint64_t seed)
-    : config_(config), noise_{RandomStream(seed, "camera.centroid", 0), RandomStream(seed, "camera.centroid", 1)} {}
+    : config_(config),
+      noise_{RandomStream(seed, "camera.centroid", 0), RandomStream(seed, "camera.centroid", 1)},
+      jitter_(seed, "camera.jitter") {}
+
+// The exposure of the frame with this number.
+Camera::Exposure Camera::between_calls(std::int64_t index, const Exposure& now) const {
+  const double due_s = static_cast<double>(index) / config_.frame_rate_hz - early_s_;
+  if (config_.exposure_jitter_s == 0.0 || !before_ || due_s <= before_->time_s || due_s >= now.time_s) {
+    return now;
+  }
+  const double share = (due_s - before_->time_s) / (now.time_s - before_->time_s);
+  Exposure exposure{due_s, now.error_rad};
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    exposure.error_rad[axis] -= (1.0 - share) * (now.error_rad[axis] - before_->error_rad[axis]);
+  }
+  return exposure;
+}
 
 bool Camera::expose(double time_s, std::array<double, kAxes> los_error_rad) {
-  const auto present = static_cast<std::int64_t>(std::floor((time_s + kClockTolerance_s) * config_.frame_rate_hz));
+  const auto present =
+      static_cast<std::int64_t>(std::floor((time_s + early_s_ + kClockTolerance_s) * config_.frame_rate_hz));
+  const Exposure now{time_s, los_error_rad};
   if (present < next_index_) {
+    before_ = now;
     return false;
   }
+  const Exposure exposure = between_calls(present, now);
+  before_ = now;
   next_index_ = present + 1;
+  early_s_ = config_.exposure_jitter_s > 0.0 ? config_.exposure_jitter_s * jitter_.uniform() : 0.0;
 
   CameraFrame frame;
-  frame.exposure_time_s = time_s;
-  frame.valid = !drops_out(config_, time_s);
+  frame.exposure_time_s = exposure.time_s;
+  frame.valid = !drops_out(config_, exposure.time_s);
   const std::array<double, kAxes> half_picture_px{0.5 * config_.width_px, 0.5 * config_.height_px};
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
     // Drawn also when the target is outside, so that the noise of later frames does not depend on it.
     const double noise_px = config_.centroid_noise_rms_px * noise_[axis].normal();
-    const double true_px = los_error_rad[axis] / config_.pixel_rad;
+    const double true_px = exposure.error_rad[axis] / config_.pixel_rad;
     frame.valid = frame.valid && std::abs(true_px) <= half_picture_px[axis];
     frame.error_rad[axis] = (true_px + noise_px) * config_.pixel_rad;
   }

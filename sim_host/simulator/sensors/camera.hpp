@@ -35,6 +35,7 @@ struct CameraConfig {
   double centroid_noise_rms_px = 0.2;
   CameraGeometry geometry = CameraGeometry::kPerAxis;
   PictureMounting mounting;           // kLineOfSight only
+  double exposure_jitter_s = 0;       // a frame is exposed up to so long before it is due, at random; 0: in a tick
   std::vector<double> dropouts_at_s;  // times from which on the target is not found ...
   double dropout_s = 0;               // ... for so long
 };
@@ -52,14 +53,22 @@ class Camera {
   Camera(const CameraConfig& config, std::uint64_t seed);
 
   // Shows the camera the scene at a time [s] that never decreases; exposes when a frame is due, otherwise does nothing.
-  // At most one frame per call: call at least once per frame time. A NaN counts as "not in the picture". Returns
-  // whether it has exposed.
+  // At most one frame per call: call at least once per frame time. A NaN counts as "not in the picture". With jitter an
+  // exposure is between two calls, and sees the place between theirs on a straight line. Returns whether it has
+  // exposed.
   bool expose(double time_s, std::array<double, kAxes> los_error_rad);
 
   // The oldest frame whose delay has passed, each exactly once, otherwise nothing.
   std::optional<CameraFrame> poll(double time_s);
 
  private:
+  struct Exposure {
+    double time_s;
+    std::array<double, kAxes> error_rad;
+  };
+
+  Exposure between_calls(std::int64_t index, const Exposure& now) const;
+
   static constexpr int kPipeline = 16;  // frames in progress; delay times frame rate is checked to stay below
 
   CameraConfig config_;
@@ -68,6 +77,9 @@ class Camera {
   std::int64_t exposed_ = 0;    // frames taken
   std::int64_t delivered_ = 0;  // frames delivered
   std::int64_t next_index_ = 0;
+  RandomStream jitter_;
+  double early_s_ = 0;              // of the next frame
+  std::optional<Exposure> before_;  // the last call
 };
 
 }  // namespace trackservo::sim

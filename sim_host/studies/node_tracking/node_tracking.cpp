@@ -48,12 +48,13 @@ NodeTrackingCase pass_at(double elevation_deg, double height_m, const std::files
   return tried;
 }
 
-// What 3070:3 may err by: two of its counts.
-NodeTrackingCase with_age_jitter(const NodeTrackingCase& pass) {
-  constexpr double kJitter_s = 20e-6;
+// The node counts ages in whole ticks. So exposures at any time between two of them, and ages that err by two counts of
+// 3070:3.
+NodeTrackingCase between_ticks(const NodeTrackingCase& pass) {
   NodeTrackingCase tried = pass;
-  tried.name += fmt::format(", ages +-{:g} us", 1e6 * kJitter_s);
-  tried.age_jitter_s = kJitter_s;
+  tried.name += ", exposed between ticks";
+  tried.scenario.camera.exposure_jitter_s = kTick_s;
+  tried.age_jitter_s = 20e-6;
   return tried;
 }
 
@@ -279,7 +280,7 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   for (const double elevation_deg : {60.0, 80.0, 85.0}) {
     cases.push_back(pass_at(elevation_deg, 500.0, data_dir, predictive));
   }
-  cases.push_back(with_age_jitter(cases.back()));
+  cases.push_back(between_ticks(cases.back()));
   for (const auto& [elevation_deg, height_m] : {std::pair{88.0, 500.0}, std::pair{85.0, 150.0}}) {
     cases.push_back(lost_pass_at(elevation_deg, height_m, data_dir, predictive));
     cases.push_back(with_acceleration(cases.back(), kPassAcceleration_rad_s2));
