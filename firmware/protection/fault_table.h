@@ -87,7 +87,7 @@ typedef enum {
   REACTION_REPORT = 0, /* EMCY and log only */
   REACTION_STOP,       /* braked by the speed loop, as 605E says */
   REACTION_PROTECT,    /* braked by the envelope's own torque, then off: where the speed loop cannot be trusted */
-  REACTION_BRAKE, /* braked by the shorted motor, then off: where the encoder or the current loop cannot be trusted */
+  REACTION_BRAKE, /* braked by the shorted motor, then off: where encoder, current loop or supply cannot be trusted */
   REACTION_CUT    /* off at once: where the bridge cannot be trusted */
 } fault_reaction;
 

@@ -240,9 +240,11 @@ void add_margins(const BaseMotionSetup& setup, const BaseMotionStudy& study, std
   if (study.margins.empty()) {
     return;
   }
-  const auto [lowest, highest] = std::minmax_element(setup.margin_pitch_rad.begin(), setup.margin_pitch_rad.end());
-  const std::string name =
-      fmt::format("speed loop at pitch {:g} to {:g} deg", kDegPerRad * *lowest, kDegPerRad * *highest);
+  std::string angles;
+  for (const double pitch_rad : setup.margin_pitch_rad) {
+    angles += fmt::format("{}{:g}", angles.empty() ? "" : ", ", kDegPerRad * pitch_rad);
+  }
+  const std::string name = fmt::format("speed loop at pitch {} deg", angles);
   const std::size_t seeds = setup.seeds.size();
   std::vector<double> gain_db(seeds, std::numeric_limits<double>::infinity());
   std::vector<double> phase_deg = gain_db;

@@ -96,6 +96,7 @@ def test_a_target_is_held_through_pixels(tmp_path: Path, seed: int) -> None:
     assert longest is not None
     stood_still = float(longest.group(1)) > STANDS_STILL_MS
     assert states <= ({ON_TARGET, COASTING} if stood_still else {ON_TARGET}), "the node coasted, or lost the target"
+    assert stood_still or int(lost.group(1)) == 0
     assert max(sigmas) < REQUIRED_URAD
     frames = re.search(r"frames: (\d+) sent, (\d+) taken and (\d+) dropped", out)
     assert frames is not None

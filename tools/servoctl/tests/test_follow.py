@@ -73,6 +73,7 @@ def test_both_axes_follow_a_file_in_time_and_everything_is_put_back(servo: Bench
 
 
 @pytest.mark.real_time
+@pytest.mark.image
 def test_a_satellite_is_followed_from_its_elements(servo: Bench) -> None:
     """A dry run shows the whole pass; the motion is its first seconds."""
     (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
