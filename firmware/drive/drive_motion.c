@@ -137,6 +137,8 @@ drive_setpoint motion_stop(drive_motion *motion, const drive_feedback *feedback,
   motion_close_loop(motion, held || controls_position(motion->mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
   drive_setpoint setpoint = motion_setpoint(motion, feedback);
   const profile_motion step = profile_towards_rate(&motion->ramp, &within, 0.0f, dt_s);
+  /* When the axis goes on before the stop has ended, its deceleration must end before the rate passes 0. */
+  motion->bounds.jerk_rad_s3 = scalar_max(motion->bounds.jerk_rad_s3, within.jerk_rad_s3);
   motion->travel_rad = step.travel_rad;
   motion_move_demand(&motion->demand, &motion->demand_rest, step.travel_rad);
   rate_interpolation_reset(&motion->rates, motion->ramp.rate_rad_s);

@@ -1,10 +1,18 @@
 #include "canopen/node_objects.h"
 #include "node/servo_node_parts.h"
 
-/* Without torque and without a set-point; the drive stays "not ready" until the reset has ended. */
+static bool is_braked(const servo_node_axis *axis) {
+  return axis->drive.state.action == DRIVE_BRAKE || axis->drive.state.action == DRIVE_PROTECTIVE_STOP;
+}
+
+/* Without torque and without a set-point; the drive stays "not ready" until the reset has ended. An axis that a fault
+ * brakes is braked to the end, and keeps the fault. */
 static void switch_off(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
+  if (is_braked(axis)) {
+    return;
+  }
   axis_monitor_reset(&axis->monitor);
   drive_axis_restart(&axis->drive, node->board.samples.axis[i].sensors.joint_angle_turn32);
 }

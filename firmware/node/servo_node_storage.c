@@ -83,8 +83,8 @@ od_abort servo_node_save(void *context, uint8_t group) {
 od_abort servo_node_restore(void *context, uint8_t group) {
   servo_node *node = context;
   const bool application = (retained_groups(group) & PERSISTED_APPLICATION) != 0;
-  if (application && node->storage.progress == PERSISTED_IDLE &&
-      !persisted_objects_same_guarded(in_force(node), &node->storage.factory) && guarded_change(&node->lock) != OD_OK) {
+  if (application && !persisted_objects_same_guarded(in_force(node), &node->storage.factory) &&
+      guarded_change(&node->lock) != OD_OK) {
     return OD_DEVICE_STATE;
   }
   return storage_command_of(node, false, group);

@@ -431,7 +431,8 @@ static void count_drops(target_tracking *self, bool tracks) {
   if (self->frames.taken != self->objects.taken) {
     self->drops = (uint16_t)(self->drops > BACK_OF_TAKEN ? self->drops - BACK_OF_TAKEN : 0);
   } else if (dropped > 0 && self->drops < STALE_DROPS) {
-    self->drops = (uint16_t)(self->drops + (self->frames.repeated ? DROP_OF_REPEATED : DROP_OF_OTHER));
+    const bool repeated = self->frames.last_drop == CAMERA_NOT_NEWER && self->frames.repeated;
+    self->drops = (uint16_t)(self->drops + (repeated ? DROP_OF_REPEATED : DROP_OF_OTHER));
   }
   self->quiet_ticks = (uint16_t)(dropped == 0 && self->quiet_ticks < STALE_TICKS ? self->quiet_ticks + 1 : 0);
   self->stale = self->drops >= STALE_DROPS || picture_check_is_wrong(&self->orientation) ||

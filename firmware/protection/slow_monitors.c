@@ -33,7 +33,8 @@ static bool drifts(slow_monitors *m, const protection_limits *limits, float join
   return found;
 }
 
-/* The path on which the axis accelerates against the sign of its set-point, whatever the torque does. */
+/* The path on which the axis accelerates against the sign of its set-point, and not because of its torque. A loop whose
+ * sensor or motor has the wrong sign pushes against the motion that it sees; a torque offset (60B2) need not. */
 static bool wrong_direction(slow_monitors *m, const protection_limits *limits, const protection_inputs *in,
                             float slow_rate_rad_s, float window_s) {
   const bool opposite = in->speed_closed && limits->direction_rad > 0.0f && in->reference_rad_s * in->rate_rad_s < 0.0f;
@@ -42,7 +43,8 @@ static bool wrong_direction(slow_monitors *m, const protection_limits *limits, c
     return false;
   }
   const float acceleration = in->rate_rad_s - slow_rate_rad_s; /* its sign */
-  m->against_rad += acceleration * in->rate_rad_s > 0.0f ? scalar_abs(in->rate_rad_s) * window_s : 0.0f;
+  const bool grows = acceleration * in->rate_rad_s > 0.0f && in->torque_nm * in->rate_rad_s <= 0.0f;
+  m->against_rad += grows ? scalar_abs(in->rate_rad_s) * window_s : 0.0f;
   return m->against_rad > limits->direction_rad;
 }
 

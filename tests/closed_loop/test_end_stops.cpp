@@ -176,7 +176,8 @@ struct Attack {
   std::function<void(Ride&)> what;
   bool holds;                 // nothing is wrong with the stop that it orders, so no fault of the envelope is needed
   bool needs_brakes = false;  // no master can do it: with damaged gains (fault 51) the shorted motor alone stops
-  double earlier_rad = 0;     // that the axis turns before what has been written takes effect
+  std::function<void(Ride&)> first = nullptr;  // before the axis is enabled
+  double earlier_rad = 0;                      // that the axis turns before what has been written takes effect
 };
 
 const std::vector<Attack>& attacks() {
@@ -267,7 +268,19 @@ const std::vector<Attack>& attacks() {
          r.node().receive(can_frame{0x000, 0, 2, {0x81, 0x00}, 0});
        },
        true},
-      {"2062 = 1, a second before", kProfileVelocity, [](Ride& r) { r.set(0x2062, 0, 1); }, false, false, 1.1},
+      {"2062 = 1, a second before", kProfileVelocity, [](Ride& r) { r.set(0x2062, 0, 1); }, false, false, nullptr, 1.1},
+      {"csv against a torque offset, with weak gains", kCyclicTorque,
+       [](Ride& r) {
+         r.set(0x6060, 0, kCyclicVelocity);
+         r.keep_writing(-1);
+         r.set(0x60B2, 0, 1000);
+       },
+       false, false,
+       [](Ride& r) {
+         r.apply({{0x200001, 1.0}, {0x200002, 0.0}, {0x202001, 0.0}});
+         r.set(0x2070, 1, 1);
+         r.keep_pushing(1000);
+       }},
   };
   return list;
 }
@@ -288,6 +301,9 @@ void test_no_write_at_full_speed_near_the_end_reaches_the_end_stop(void) {
               std::max(end_rad - 1.1 - attack.earlier_rad, static_cast<double>(travel.minimum_rad) + 0.1);
           const bool brakes = n % 2 != 0 || attack.needs_brakes;
           Ride ride(setup, axis, seed, start_rad, brakes);
+          if (attack.first) {
+            attack.first(ride);
+          }
           ride.approach(attack.mode, room_rad + attack.earlier_rad);
           const Outcome o = ride.attack(attack.what, 4.0);
           const std::string text = fmt::format(

@@ -1671,14 +1671,21 @@ static void test_a_jerk_that_falls_during_a_ramp_does_not_carry_the_rate_past_it
     }
     CHECK_NEAR("rate, rad/s", target_rad_s, (double)b.command.speed.rate_rad_s, 1e-6);
   }
-  for (unsigned i = 1; i < 4; ++i) { /* disable operation, quick stop, halt */
+  for (unsigned i = 1; i < 7; ++i) { /* disable operation, quick stop, halt; and on again before they end */
+    const bool goes_on = i >= 4;
     bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.machine.stop_deceleration_rad_s2 = 1.0f;
+    b.o.state.option.quick_stop = 5;
     b.o.velocity.target = 500000;
     ticks(&b, 1000);
-    b.o.velocity.target = 0;
+    b.o.velocity.target = goes_on ? 500000 : 0;
     ticks(&b, 100);
     b.o.limit.jerk = 1;
-    b.o.state.controlword = words[i];
+    b.o.state.controlword = words[1 + (i - 1) % 3];
+    ticks(&b, goes_on ? 150 : 0);
+    TEST_ASSERT_TRUE(!goes_on || b.command.speed.acceleration_rad_s2 < -0.3f);
+    b.o.state.controlword = goes_on ? 0x0F : b.o.state.controlword;
+    b.o.velocity.target = 0;
     for (int tick_index = 0; tick_index < 2000; ++tick_index) {
       tick(&b);
       TEST_ASSERT_TRUE(b.rate_rad_s > -1e-6);

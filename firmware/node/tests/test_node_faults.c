@@ -1,4 +1,5 @@
 /* The node's record of faults (0x3020), and the lock of the protection limits (0x3040, 0x2055, 0x2060). */
+#include "node/servo_node_parts.h"
 #include "support/node_bench.h"
 
 #include "support/check.h"
@@ -191,6 +192,9 @@ static void test_loading_the_defaults_needs_the_lock_when_guarded_values_differ(
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1011, 1, LOAD_WORD));
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1011, 3, LOAD_WORD));
   SET(0x1011, 2, LOAD_WORD);
+  (void)servo_node_save(&node, 1); /* also while a save is under way, which the client has given up */
+  TEST_ASSERT_EQUAL_HEX32(OD_DEVICE_STATE, servo_node_restore(&node, 1));
+  wait_ms(500);
   SET(ACCESS, WORD, OPEN);
   SET(0x1011, 1, LOAD_WORD);
 }

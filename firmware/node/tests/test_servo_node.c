@@ -549,6 +549,20 @@ static void test_a_reset_of_the_node_ends_an_ordered_stop(void) {
   TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
 }
 
+/* A fault brakes both axes by the shorted motor for 2 s. The reset does not set them free. */
+static void test_a_reset_of_the_node_does_not_end_a_braking(void) {
+  turn_azimuth_at_0_2_rad_s();
+  machine.bus_voltage_v = 65.0f;
+  wait_ms(10);
+  TEST_ASSERT_EQUAL(SERVO_BRAKE, node.board.app.axis[0].mode);
+  nmt(129);
+  wait_ms(1900);
+  TEST_ASSERT_EQUAL(SERVO_BRAKE, node.board.app.axis[0].mode);
+  wait_ms(200);
+  TEST_ASSERT_EQUAL(SERVO_OFF, node.board.app.axis[0].mode);
+  TEST_ASSERT_EQUAL_HEX32(0x08, get(0x6041, 0) & 0x4F); /* fault */
+}
+
 static void test_a_queue_that_is_full_loses_frames_and_says_so(void) {
   const can_frame frame = {.id = 0x080, .length = 0};
   uint32_t taken = 0;
@@ -982,6 +996,7 @@ int main(void) {
   RUN_TEST(test_a_fault_that_outlives_a_reset_of_the_communication_is_reported_again);
   RUN_TEST(test_a_reset_of_the_node_is_a_fresh_start);
   RUN_TEST(test_a_reset_of_the_node_ends_an_ordered_stop);
+  RUN_TEST(test_a_reset_of_the_node_does_not_end_a_braking);
   RUN_TEST(test_a_queue_that_is_full_loses_frames_and_says_so);
   RUN_TEST(test_a_move_is_no_faster_than_the_position_loop);
   RUN_TEST(test_no_limit_of_607f_leaves_the_machine_its_own);
