@@ -194,9 +194,10 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .clear = RESET},
     [FAULT_RUNAWAY] =
         {.name = "runaway",
-         .detection = "For 20 ticks more than half of the torque limit acts towards the set-point, the rate differs "
-                      "from it by more than a tenth of 2060:6, and the axis accelerates away from it. Or its path "
-                      "against the sign of the set-point, while it accelerates that way, exceeds 2060:31.",
+         .detection =
+             "For 20 ticks more than half of the torque limit acts towards the set-point, the rate differs from it by "
+             "more than a tenth of 2060:6, and the axis accelerates away from it. Or its path against the sign of the "
+             "set-point, while it accelerates that way and its torque does not push it there, exceeds 2060:31.",
          .when = SPEED_DRIVEN,
          .timer = "",
          .limits = LIMIT(6) | LIMIT(31),

@@ -184,6 +184,22 @@ static void test_a_path_against_the_set_point_is_a_runaway_without_any_torque(vo
   CHECK_NEAR("ticks to 0.05 rad", 224.0, ticks, 10.0);
 }
 
+/* A torque offset moves it there: no sensor has the wrong sign. With a torque towards the set-point one may have. */
+static void test_a_path_that_the_torque_explains_is_no_runaway(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    setUp();
+    monitor_direction();
+    b.in.torque_nm = (float)sign;
+    float rate_rad_s = 0.0f;
+    fault_set found = 0;
+    for (int i = 0; i < 500; ++i) {
+      rate_rad_s -= 0.002f;
+      found |= step(rate_rad_s, rate_rad_s);
+    }
+    TEST_ASSERT_EQUAL_HEX64(sign < 0 ? 0 : fault_bit(FAULT_RUNAWAY), found);
+  }
+}
+
 /* Its decelerations between them do not shorten the path, and do not lengthen it. */
 static void test_two_accelerations_against_the_set_point_add_up(void) {
   monitor_direction();
@@ -264,6 +280,7 @@ int main(void) {
   RUN_TEST(test_without_an_angle_no_motion_is_seen);
   RUN_TEST(test_an_axis_whose_loops_are_open_may_be_moved);
   RUN_TEST(test_a_path_against_the_set_point_is_a_runaway_without_any_torque);
+  RUN_TEST(test_a_path_that_the_torque_explains_is_no_runaway);
   RUN_TEST(test_two_accelerations_against_the_set_point_add_up);
   RUN_TEST(test_braking_after_a_step_of_the_set_point_is_no_runaway);
   RUN_TEST(test_no_direction_is_monitored_without_a_loop_of_speed_or_a_window);
