@@ -156,8 +156,11 @@ bool MotionJudge::demands_standstill(const DrivenNode& node, int axis) {
 
 void MotionJudge::look_at_power(int axis, const DrivenNode& node, double rate_rad_s) {
   bool& counts = counts_[static_cast<std::size_t>(axis)];
-  const bool powered = node.machine().firmware(axis).mode != SERVO_OFF;
-  counts = brakes_ || powered || (counts && std::abs(rate_rad_s) > kCameToRest_rad_s);
+  int& powered_ticks = powered_ticks_[static_cast<std::size_t>(axis)];
+  const bool rests = std::abs(rate_rad_s) <= kCameToRest_rad_s;
+  powered_ticks = node.machine().firmware(axis).mode != SERVO_OFF ? powered_ticks + 1 : 0;
+  const bool takes_over = powered_ticks > 0 && (rests || powered_ticks * kTick_s > kTakesOver_s);
+  counts = brakes_ || takes_over || (counts && (powered_ticks > 0 || !rests));
 }
 
 void MotionJudge::look_at_stops(int axis, const TruthState& truth, double time_s) {

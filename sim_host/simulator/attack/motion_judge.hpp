@@ -64,8 +64,10 @@ struct Harm {
 };
 
 // Without holding brakes an axis that came to rest without power is moved by the wind alone: neither its contacts nor
-// its motion count until it has power again. Slower than this an axis without power has come to rest.
+// its motion count until it has power again, and has been at rest with it, or has had it for kTakesOver_s: who turns it
+// on shortly before the end stop has not moved it there. Slower than this an axis is at rest.
 constexpr double kCameToRest_rad_s = 0.02;
+constexpr double kTakesOver_s = 0.3;
 
 // Of one run. Call `look` after each tick.
 class MotionJudge {
@@ -119,6 +121,7 @@ class MotionJudge {
   bool brakes_;
   Harm harm_;
   std::array<bool, kAxes> counts_{};
+  std::array<int, kAxes> powered_ticks_{};
   std::array<bool, kAxes> in_contact_{};
   std::array<double, kAxes> last_rate_rad_s_{};
   std::array<Standstill, kAxes> still_{};
