@@ -37,8 +37,6 @@ enum { REST_TICKS = 100 }; /* for this time */
 #define FAR_RAD 1e9f
 #define FASTER_THAN_ALL_RAD_S 1e9f
 
-void envelope_reset(envelope_state *state) { *state = (envelope_state){0}; }
-
 envelope_limits envelope_prepare(const envelope_params *params, float dt_s) {
   const bool ends = !params->slow && params->minimum_rad < params->maximum_rad;
   return (envelope_limits){

@@ -89,9 +89,6 @@ typedef struct {
 /* Computes the limits. Call between two ticks, when a parameter may have changed. */
 envelope_limits envelope_prepare(const envelope_params *params, float dt_s);
 
-/* Forgets the motion. */
-void envelope_reset(envelope_state *state);
-
 /* Forgets what was ordered, not the motion: an axis that still turns since it had power is kept within the travel. */
 void envelope_release(envelope_state *state);
 

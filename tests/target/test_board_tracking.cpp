@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "board_steps.hpp"
-#include "design/control_design.hpp"
 #include "rig.hpp"
+#include "studies/shared/tracking_node.hpp"
 #include "support/moving_target.hpp"
 #include "support/test_size.h"
 #include "support/turned_picture.hpp"
@@ -67,26 +67,9 @@ std::uint32_t bits_of(float value) {
   return bits;
 }
 
-// 2011; the others stay as delivered.
-struct Gains {
-  tracker_kind kind;
-  float proportional_per_s;
-  float integral_per_s2;
-  float estimator_rad_s;
-};
-
-// The paper's loop, as the design of the tracker has it.
-Gains papers_gains(const sim::PlantConfig& plant) {
-  sim::DesignOptions options;
-  options.tracker = TRACKER_PI;
-  const servo_params params = sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), options);
-  const target_tracker_params& loop = params.axis[sim::kAzimuth].tracker;
-  return {loop.kind, loop.proportional_per_s, loop.integral_per_s2, loop.estimator_rad_s};
-}
-
-// A master that has not seen the device before.
+// A master that has not seen the device before. 2011:1 to :4 of the loop, or all as delivered.
 template <typename Rig>
-void set_up(Rig& rig, const std::optional<Gains>& gains) {
+void set_up(Rig& rig, const std::optional<target_tracker_params>& loop) {
   for (const sim::ObjectWrite& write : sim::camera_mapping(4, sim::kCameraCobId)) {
     const bool is_count = write.sub == 0;
     const std::string text = fmt::format("{:04X}:{}", write.index, write.sub);
@@ -94,11 +77,11 @@ void set_up(Rig& rig, const std::optional<Gains>& gains) {
   }
   for (const int shift : {0, 0x800}) {
     const auto of_axis = [shift](int index) { return static_cast<std::uint16_t>(index + shift); };
-    if (gains) {
-      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 1, static_cast<std::uint32_t>(gains->kind), 4));
-      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 2, bits_of(gains->proportional_per_s), 4));
-      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 3, bits_of(gains->integral_per_s2), 4));
-      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 4, bits_of(gains->estimator_rad_s), 4));
+    if (loop) {
+      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 1, static_cast<std::uint32_t>(loop->kind), 4));
+      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 2, bits_of(loop->proportional_per_s), 4));
+      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 3, bits_of(loop->integral_per_s2), 4));
+      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 4, bits_of(loop->estimator_rad_s), 4));
       TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2070), 1, 1, 1));
     }
   }
@@ -111,7 +94,7 @@ void set_up(Rig& rig, const std::optional<Gains>& gains) {
 // Error of each tick from the beginning of the course.
 template <typename Rig>
 std::vector<Error> track(Rig& rig, TargetCamera& camera, const sim::ScenarioConfig& scenario,
-                         const std::optional<Gains>& gains) {
+                         const std::optional<target_tracker_params>& loop) {
   const auto pass_ms = [&rig, &camera] {
     if (const std::optional<can_frame> frame = camera.look(rig.truth())) {
       rig.client.send(*frame);
@@ -124,7 +107,7 @@ std::vector<Error> track(Rig& rig, TargetCamera& camera, const sim::ScenarioConf
     }
   };
   pass_until(kSetUpAt_s);
-  set_up(rig, gains);
+  set_up(rig, loop);
   pass_until(kEnabledAt_s);
   rig.client.start_node();
   TEST_ASSERT_TRUE_MESSAGE(rig.client.enable(kTracking), "both axes must be enabled");
@@ -142,19 +125,19 @@ std::vector<Error> track(Rig& rig, TargetCamera& camera, const sim::ScenarioConf
 }
 
 std::vector<Error> on_host(const sim::PlantConfig& plant, const sim::ScenarioConfig& scenario,
-                           const std::optional<Gains>& gains, std::uint64_t seed) {
+                           const std::optional<target_tracker_params>& loop, std::uint64_t seed) {
   TargetCamera camera(scenario, seed, kBegins_s);
   HostRig host(plant, seed, camera.first_angle_rad());
-  return track(host, camera, scenario, gains);
+  return track(host, camera, scenario, loop);
 }
 
 std::vector<Error> on_board(const sim::PlantConfig& plant, const sim::ScenarioConfig& scenario,
-                            const std::optional<Gains>& gains, std::uint64_t seed) {
+                            const std::optional<target_tracker_params>& loop, std::uint64_t seed) {
   TargetCamera camera(scenario, seed, kBegins_s);
   BoardRig board(plant, seed, false, camera.first_angle_rad());
   board.client.pass(bench::kBoot_ms);
   TEST_ASSERT_TRUE(board.machine.run_after_tick(kSendingPhase_s));
-  const std::vector<Error> errors = track(board, camera, scenario, gains);
+  const std::vector<Error> errors = track(board, camera, scenario, loop);
   for (const std::string& violation : board.machine.chip().violations.list()) {
     TEST_FAIL_MESSAGE(violation.c_str());
   }
@@ -183,12 +166,12 @@ double rms_difference_urad(const std::vector<Error>& a, const std::vector<Error>
   return std::sqrt(squares / count) / kUrad;
 }
 
-void compare(const std::string& name, const sim::ScenarioConfig& scenario, const std::optional<Gains>& gains,
-             Error max_urad, std::uint64_t seed = 1) {
+void compare(const std::string& name, const sim::ScenarioConfig& scenario,
+             const std::optional<target_tracker_params>& loop, Error max_urad, std::uint64_t seed = 1) {
   const sim::PlantConfig plant = bench::tracker_plant();
-  const std::vector<Error> expected = on_host(plant, scenario, gains, seed);
-  const std::vector<Error> ideal = on_host(bench::without_quantisation(plant), scenario, gains, seed);
-  const std::vector<Error> found = on_board(plant, scenario, gains, seed);
+  const std::vector<Error> expected = on_host(plant, scenario, loop, seed);
+  const std::vector<Error> ideal = on_host(bench::without_quantisation(plant), scenario, loop, seed);
+  const std::vector<Error> found = on_board(plant, scenario, loop, seed);
   for (std::size_t axis = 0; axis < sim::kAxes; ++axis) {
     const double s_urad = rms_difference_urad(expected, ideal, axis, scenario.settle_s);
     const double difference_urad = rms_difference_urad(found, expected, axis, scenario.settle_s);
@@ -213,16 +196,18 @@ void test_the_fly_by_on_the_board_is_the_hosts() {
 
 // 10 % more than `sim_host run` has, as for the node on the host.
 void test_the_papers_loop_on_the_board_is_the_hosts() {
-  const Gains gains = papers_gains(bench::tracker_plant());
+  const target_tracker_params loop = sim::designed_tracking_loop(bench::tracker_plant(), TRACKER_PI);
   for (int seed = 1; seed <= seeds(); ++seed) {
-    compare(fmt::format("fly-by, paper's loop, seed {}", seed), fly_by(), gains, {11.9, 14.6},
+    compare(fmt::format("fly-by, paper's loop, seed {}", seed), fly_by(), loop, {11.9, 14.6},
             static_cast<std::uint64_t>(seed));
   }
 }
 
 void test_a_steep_pass_on_the_board_is_the_hosts() {
-  compare("pass at 85 deg", steep_pass(),
-          Gains{TRACKER_PREDICTIVE, sim::kPassProportional_per_s, 0.0F, sim::kPassEstimator_rad_s}, {5.0, 5.0});
+  target_tracker_params loop = sim::designed_tracking_loop(bench::tracker_plant(), TRACKER_PREDICTIVE);
+  loop.proportional_per_s = sim::kPassProportional_per_s;
+  loop.estimator_rad_s = sim::kPassEstimator_rad_s;
+  compare("pass at 85 deg", steep_pass(), loop, {5.0, 5.0});
 }
 
 constexpr std::uint32_t kRight = 1;  // 3072:9; higher: the picture is turned or mirrored

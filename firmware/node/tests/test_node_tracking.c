@@ -585,30 +585,40 @@ static void test_axes_that_begin_together_go_to_where_the_target_was_seen(void) 
   CHECK_AT_MOST("pitch, rad", -1e-5, joint_rad(1));
 }
 
-/* A second camera on the same identifier shows another target, 7 ms after each frame of the first one. Its counter is
- * 100 or 200 further. */
+/* Both axes follow the first camera; the next ms is 7 ms after one of its frames. */
+static void follow_the_first_camera(void) {
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(3000);
+  while (world.ms % FRAME_MS != 7) {
+    follow_for(1);
+  }
+}
+
+/* A second camera on the same identifier sends a frame 7 ms after each one of the first, with a counter that is `ahead`
+ * of the newest. Returns the largest error of both axes to the first one's target, rad. */
+static double follow_beside(const uint8_t frame[7], unsigned ahead, unsigned frames) {
+  double worst_rad = 0.0;
+  for (unsigned i = 0; i < frames; ++i) {
+    uint8_t data[8];
+    memcpy(data, frame, 7);
+    data[7] = (uint8_t)(world.counter + ahead);
+    give(FRAME_ID, 8, data);
+    follow_for(FRAME_MS);
+    worst_rad = fmax(worst_rad, fmax(fabs(world.azimuth_rad - joint_rad(0)), fabs(world.pitch_rad - joint_rad(1))));
+  }
+  return worst_rad;
+}
+
+/* The second camera shows another target. Its counter is 100 or 200 further. */
 static void test_of_two_cameras_at_once_the_axes_follow_the_first(void) {
   for (unsigned ahead = 100; ahead <= 200; ahead += 100) {
     setUp();
     world.rate_rad_s = 0.02;
-    enable(0, TRACKING);
-    enable(PITCH, TRACKING);
-    follow_for(3000);
-    while (world.ms % FRAME_MS != 7) {
-      follow_for(1);
-    }
+    follow_the_first_camera();
     const uint32_t dropped = node.tracking.frames.dropped;
     const uint8_t others[] = {0x10, 0x27, 0xF0, 0xD8, 0xB8, 0x0B, 90}; /* 10 and -10 mrad, 30 ms old */
-    double worst_rad = 0.0;
-    for (unsigned frame = 0; frame < 250; ++frame) {
-      uint8_t data[8];
-      memcpy(data, others, sizeof others);
-      data[7] = (uint8_t)(world.counter + ahead);
-      give(FRAME_ID, 8, data);
-      follow_for(FRAME_MS);
-      worst_rad = fmax(worst_rad, fmax(fabs(world.azimuth_rad - joint_rad(0)), fabs(world.pitch_rad - joint_rad(1))));
-    }
-    CHECK_AT_MOST("error, rad", 5e-6, worst_rad);
+    CHECK_AT_MOST("error, rad", 5e-6, follow_beside(others, ahead, 250));
     TEST_ASSERT_EQUAL(250, node.tracking.frames.dropped - dropped);
     TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, node.tracking.frames.last_drop);
     TEST_ASSERT_EQUAL_HEX32(CAMERA_NOT_NEWER << 16 | 0x7000, newest_error() & 0xFFFFFF);
@@ -616,24 +626,13 @@ static void test_of_two_cameras_at_once_the_axes_follow_the_first(void) {
 }
 
 /* The same, but the second camera's counter is up to 4 further than that of the first: a sender may be so far ahead. It
- * leads from then on, and that there are two is told. The axes are never between the two targets. */
+ * leads from then on, and that there are two is told. */
 static void test_a_second_camera_that_is_just_ahead_takes_the_lead_and_is_told(void) {
   for (unsigned ahead = 2; ahead <= 4; ++ahead) {
     setUp();
-    enable(0, TRACKING);
-    enable(PITCH, TRACKING);
-    follow_for(3000);
-    while (world.ms % FRAME_MS != 7) {
-      follow_for(1);
-    }
+    follow_the_first_camera();
     const uint8_t others[] = {0xD0, 0x07, 0x30, 0xF8, 0xB8, 0x0B, 90}; /* 2 and -2 mrad from the boresight, 30 ms old */
-    for (unsigned frame = 0; frame < 50; ++frame) {
-      uint8_t data[8];
-      memcpy(data, others, sizeof others);
-      data[7] = (uint8_t)(world.counter + ahead);
-      give(FRAME_ID, 8, data);
-      follow_for(FRAME_MS);
-    }
+    (void)follow_beside(others, ahead, 50);
     TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, get(CAMERA_STATE, LAST_DROP) & 0xFF);
     TEST_ASSERT_EQUAL_HEX32(CAMERA_NOT_NEWER << 16 | 0x7000, newest_error() & 0xFFFFFF);
     TEST_ASSERT_TRUE(node.tracking.frames.taken + node.tracking.frames.dropped >= 200);
@@ -641,22 +640,13 @@ static void test_a_second_camera_that_is_just_ahead_takes_the_lead_and_is_told(v
   }
 }
 
-/* Each frame comes twice, 7 ms apart: nothing is told. */
+/* Each frame comes twice: nothing is told. */
 static void test_frames_that_are_sent_twice_are_counted_only(void) {
-  enable(0, TRACKING);
-  enable(PITCH, TRACKING);
-  follow_for(3000);
-  while (world.ms % FRAME_MS != 7) {
-    follow_for(1);
-  }
+  follow_the_first_camera();
   const uint32_t errors = get(0x1003, 0);
   const uint32_t dropped = node.tracking.frames.dropped;
-  for (unsigned frame = 0; frame < 100; ++frame) {
-    uint8_t data[8] = {0, 0, 0, 0, 0xB8, 0x0B, 90, 0};
-    data[7] = (uint8_t)world.counter;
-    give(FRAME_ID, 8, data);
-    follow_for(FRAME_MS);
-  }
+  const uint8_t again[] = {0, 0, 0, 0, 0xB8, 0x0B, 90};
+  (void)follow_beside(again, 0, 100);
   TEST_ASSERT_EQUAL(100, node.tracking.frames.dropped - dropped);
   TEST_ASSERT_EQUAL_HEX32(errors, get(0x1003, 0));
 }

@@ -79,8 +79,7 @@ static double adversarial(adversary how, const machine *m, const envelope_limits
 }
 
 static outcome run(const machine *m, const envelope_params *params, adversary how, double rate_rad_s, double room_rad) {
-  envelope_state state;
-  envelope_reset(&state);
+  envelope_state state = {0};
   const envelope_limits limits = envelope_prepare(params, DT_S);
   motion x = {.angle_rad = END_RAD - room_rad - 0.006 * rate_rad_s, .rate_rad_s = rate_rad_s};
   outcome o = {.beyond_rad = -1.0, .tripped_rad = -1.0};

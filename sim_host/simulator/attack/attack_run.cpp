@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kNarrowStop_rad = 170.0 * kRadPerDeg;
 constexpr double kNarrowShare = 0.8;  // of the seeds
-constexpr std::uint64_t kBrakes = 2;  // every other seed has holding brakes
 constexpr int kAnswerTicks = 2000;    // resets and saves at the very end, 0.25 s each, are over by then
 
 PlantConfig with_narrow_azimuth(PlantConfig plant) {
@@ -33,7 +32,7 @@ class AttackRun {
  public:
   AttackRun(const AttackBench& bench, std::uint64_t seed, EventLog *log)
       : random_(SplitMix64::mix(seed)),
-        brakes_(seed % kBrakes == 0),
+        brakes_(seed % 2 == 0),
         narrow_(random_.uniform() < kNarrowShare),
         setup_(narrow_ ? bench.narrow() : bench.shipped()),
         start_(random_start(setup_, random_)),

@@ -15,7 +15,6 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kRunUp_rad = 0.9;          // from the start to the writes: the axis reaches its speed before
-constexpr double kFromEnd_rad = 0.05;       // no start is closer to an end of the hard travel
 constexpr double kTrackingRunUp_rad = 1.2;  // likewise in mode -1
 constexpr double kLargestStart_rad = 1.3;   // of which the encoder knows the turn, in the plant's own travel
 constexpr double kLongestWideRunUp_s = 8.0;
@@ -152,10 +151,6 @@ std::vector<NamedSequence> all_sequences() {
       towards_end("position limits wide open", true,
                   {{0x607D, 1, 0}, {0x607D, 2, 0}, {0x6084, 0, 4294967295.0}, {0x60FF, 0, 1.4e6, true}}),
   };
-  list.push_back(towards_end("reset of the node", true, {}));
-  list.back().resets = true;
-  list.push_back(towards_end("reduced speed, a second before the end", true, {{0x2062, 0, 1}}));
-  list.back().distance_rad = 1.45;  // fault 50 comes 1.2 rad later
   list.push_back(towards_end("torque limit of 0", true, {{0x6072, 0, 0}}));
   NamedSequence offset =
       towards_end("gains of 0 and full torque offset", true,
@@ -218,9 +213,6 @@ class SequenceRun {
     if (!sequence_.early) {
       send(sequence_.writes(node_, axis_, direction_));
     }
-    if (sequence_.resets) {
-      master_.send(can_frame{0x000, 0, 2, {0x81, 1}, 0}, "NMT reset node");
-    }
     films_ = films_ && !sequence_.frames_stop;
     result_.sequence = &sequence_;
     result_.runs = 1;
@@ -249,18 +241,16 @@ class SequenceRun {
     if (sequence_.approach == Approach::kTowardsEnd) {
       angle = limit() - direction_ * (distance_rad_ + run_up());
       angle = sequence_.wide ? std::clamp(angle, -kLargestStart_rad, kLargestStart_rad) : angle;
-      angle = std::clamp(angle, limit(-1.0) + kFromEnd_rad, limit(1.0) - kFromEnd_rad);
     } else if (sequence_.approach == Approach::kBeyondHalfTurn) {
       angle = direction_ * sequence_.angle_rad;
     }
     return angles;
   }
 
-  double limit(double direction) const {
+  double limit() const {
     const protection_limits& limits = setup_.limits[static_cast<std::size_t>(axis_)];
-    return static_cast<double>(direction < 0.0 ? limits.minimum_rad : limits.maximum_rad);
+    return static_cast<double>(direction_ < 0.0 ? limits.minimum_rad : limits.maximum_rad);
   }
-  double limit() const { return limit(direction_); }
   // A target takes longer to make the axis fast.
   double run_up() const { return sequence_.mode == DRIVE_TRACKING ? kTrackingRunUp_rad : kRunUp_rad; }
   double angle() const { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis_)]; }

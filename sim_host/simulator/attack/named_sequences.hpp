@@ -32,7 +32,6 @@ struct NamedSequence {
   bool silent = false;                                              // no frame from the master after the writes
   bool heartbeats = false;                                          // of a master, until the writes
   fault_id reports = FAULT_NONE;                                    // each run must, first; none: any or no fault
-  bool resets = false;                                              // NMT reset node with the writes
   bool wide = false;                                                // the travel of the plant file: kTowardsEnd
   bool frames_stop = false;  // mode -1: no frame from the camera after the writes
   bool early = false;        // the writes come before the axis is enabled
