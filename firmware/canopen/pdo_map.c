@@ -122,12 +122,13 @@ void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]) {
   const pdo_item *end = &map->item[map->count];
   /* Bound: PDO_OBJECTS: the items of a map. */
   for (const pdo_item *item = map->item; item < end; item++) {
+    const uint8_t size = item->bytes; /* read once: `place` might point to it */
     if (item->from != NULL) {
-      od_copy_number(place, item->from, item->bytes);
+      od_copy_number(place, item->from, size);
     } else {
       read_item(item, place);
     }
-    place += item->bytes;
+    place += size;
   }
 }
 

@@ -313,13 +313,14 @@ static bool judges_slowly(uint32_t tick, int axis) {
   return (tick + (uint32_t)axis * (period / (uint32_t)SERVO_AXES)) % period == 0;
 }
 
-static fault_set judge_slowly(axis_monitor *monitor, const servo_axis_command *command, int axis,
-                              const axis_monitor_setting *setting) {
+static fault_set judge_slowly(axis_monitor *monitor, const protection_motor *motor, const servo_axis_command *command,
+                              int axis, const axis_monitor_setting *setting) {
   slow_monitors_add(&monitor->slow, &monitor->state, monitor->found);
   if (judges_slowly(setting->tick, axis)) {
     const slow_commands commands = {.standing = stands(monitor, command) && !setting->stimulated,
                                     .reduced = setting->reduced_speed};
-    slow_monitors_judge(&monitor->slow, &monitor->limits, &monitor->state, &monitor->seen, &commands, SERVO_TICK_S);
+    slow_monitors_judge(&monitor->slow, &monitor->limits, motor, &monitor->state, &monitor->seen, &commands,
+                        SERVO_TICK_S);
   }
   return monitor->slow.found;
 }
@@ -334,7 +335,7 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
   monitor->oscillates =
       look_for_oscillation(monitor, params, board->app.axis[axis].speed.carried_rad_s, setting->new_gains);
   monitor->may_shake = setting->new_gains && oscillation_may_begin(&monitor->swings);
-  monitor->judged = without_current(monitor, found) | judge_slowly(monitor, command, axis, setting);
+  monitor->judged = without_current(monitor, found) | judge_slowly(monitor, &motor, command, axis, setting);
   note_commands(monitor, board, axis, setting->motion);
 }
 

@@ -197,7 +197,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .detection =
              "For 20 ticks more than half of the torque limit acts towards the set-point, the rate differs from it by "
              "more than a tenth of 2060:6, and the axis accelerates away from it. Or its path against the sign of the "
-             "set-point, while it accelerates that way and its torque does not push it there, exceeds 2060:31.",
+             "set-point, while it accelerates that way, exceeds 2060:31, although more than a quarter of the motor's "
+             "torque acts towards the set-point.",
          .when = SPEED_DRIVEN,
          .timer = "",
          .limits = LIMIT(6) | LIMIT(31),
@@ -228,10 +229,12 @@ const fault_text fault_texts[FAULT_COUNT] = {
                      .clear = RESET},
     [FAULT_SPEED_ERROR] =
         {.name = "speed error",
-         .detection = "Set-point minus rate exceeds 2060:6 for the time 2060:7.",
+         .detection = "Set-point minus rate exceeds 2060:6 for the time 2060:7. Or its path against the sign of the "
+                      "set-point, while it accelerates that way, exceeds 2060:31, and less than a quarter of the "
+                      "motor's torque acts.",
          .when = SPEED_DRIVEN,
          .timer = "2060:7",
-         .limits = LIMIT(6) | LIMIT(7),
+         .limits = LIMIT(6) | LIMIT(7) | LIMIT(31),
          .cause = "Acceleration not reachable within the torque limit, excessive load, or oscillating gains.",
          .check = "reference, rate and torque in the fault log: is the torque at its limit?",
          .cure = "Lower 6083 and 6084, reduce the load, or correct the gains.",

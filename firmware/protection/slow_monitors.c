@@ -3,6 +3,7 @@
 #include "base/scalar.h"
 
 #define REDUCED_SPEED_DELAY_S 1.0f /* from its selection on, to slow down */
+#define RUNAWAY_SHARE 0.25f        /* of the motor's torque: more than any wind leaves after friction */
 
 /* What a broken sensor has added is no drift: after its repair the axis can be enabled at once. */
 static fault_set broken_sensors(void) {
@@ -48,6 +49,12 @@ static bool wrong_direction(slow_monitors *m, const protection_limits *limits, c
   return m->against_rad > limits->direction_rad;
 }
 
+/* An axis that does not push, or hardly pushes, fails to follow its set-point; sensors and motor can be trusted. */
+static fault_set fault_of_direction(const protection_motor *motor, float torque_nm) {
+  const float weak_nm = RUNAWAY_SHARE * motor->current_limit_a * motor->torque_constant_nm_a;
+  return fault_bit(scalar_within(torque_nm, weak_nm) ? FAULT_SPEED_ERROR : FAULT_RUNAWAY);
+}
+
 static bool too_fast(slow_monitors *m, const protection_limits *limits, bool monitored, float joint_rate_rad_s,
                      float window_s) {
   if (!monitored) {
@@ -63,8 +70,9 @@ static bool too_fast(slow_monitors *m, const protection_limits *limits, bool mon
 
 static fault_set bit_if(bool seen, fault_id fault) { return seen ? fault_bit(fault) : 0; }
 
-void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limits, const axis_protection *protection,
-                         const protection_inputs *in, const slow_commands *commands, float dt_s) {
+void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limits, const protection_motor *motor,
+                         const axis_protection *protection, const protection_inputs *in, const slow_commands *commands,
+                         float dt_s) {
   const float window_s = (float)SLOW_MONITOR_TICKS * dt_s;
   const bool known = monitors->angle_known && in->angle_valid;
   const float step_rad = known ? angle_difference_rad(in->angle, monitors->angle) : 0.0f;
@@ -78,6 +86,9 @@ void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limit
                                             step_rad, window_s);
   const bool against = wrong_direction(monitors, limits, in, protection->slow_rate_rad_s, window_s);
   const bool fast = too_fast(monitors, limits, in->closed && commands->reduced, joint_rate_rad_s, window_s);
-  monitors->found = bit_if(drift, FAULT_SENSORS_DRIFT) | bit_if(left, FAULT_STANDSTILL_LEFT) |
-                    bit_if(against, FAULT_RUNAWAY) | bit_if(fast, FAULT_REDUCED_SPEED);
+  monitors->found =
+      bit_if(drift, FAULT_SENSORS_DRIFT) | bit_if(left, FAULT_STANDSTILL_LEFT) | bit_if(fast, FAULT_REDUCED_SPEED);
+  if (against) {
+    monitors->found |= fault_of_direction(motor, in->torque_nm);
+  }
 }

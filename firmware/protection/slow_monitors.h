@@ -35,7 +35,8 @@ typedef struct {
 void slow_monitors_add(slow_monitors *monitors, const axis_protection *protection, fault_set found);
 
 /* Renews `found`. Call after every SLOW_MONITOR_TICKS-th tick, with its inputs. */
-void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limits, const axis_protection *protection,
-                         const protection_inputs *in, const slow_commands *commands, float dt_s);
+void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limits, const protection_motor *motor,
+                         const axis_protection *protection, const protection_inputs *in, const slow_commands *commands,
+                         float dt_s);
 
 #endif
