@@ -31,8 +31,7 @@ typedef struct {
   bool may_shake;               /* new gains, and fast swings have begun */
   angle_turn32 last_setpoint;   /* of the position, in the tick before */
   ideal_tracking ideal;
-  fault_set found; /* by the last step */
-  slow_monitors slow;
+  fault_set found;            /* by the last step */
   angle_turn32 last_position; /* commanded, when the slow monitors judged last */
   uint8_t restrictions;       /* RESTRICTED_* bits, in effect */
   envelope_limits allowed;    /* in effect; from `limits` and the start position */
@@ -42,6 +41,9 @@ typedef struct {
   int8_t turn;    /* of the start position, in the drive's position */
   int lost_ticks; /* without an angle */
   bool jumped;    /* since the start position was looked for; the count may be off by turns */
+  /* Of the deferred task alone: behind what the tick reaches with short offsets. */
+  slow_monitors slow;
+  protection_motor motor; /* 0x2055, in effect */
 } axis_monitor;
 
 /* Why an axis moves slowly or is not enabled; bits of 2061:1. */
@@ -105,8 +107,8 @@ void axis_monitor_see(axis_monitor *monitor, const drive_axis *drive, int32_t po
 /* Writes the inputs that homing needs. */
 void axis_monitor_inform_homing(const axis_monitor *monitor, drive_axis_inputs *inputs);
 
-/* Updates the restrictions and the limits of the envelope. Call between two ticks, every 4 ms. */
-void axis_monitor_limit(axis_monitor *monitor);
+/* Updates the restrictions, the limits of the envelope and the motor. Call between two ticks, every 4 ms. */
+void axis_monitor_limit(axis_monitor *monitor, const servo_axis_params *params);
 
 /* Adds the inputs of the last step to the history of the log. */
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log);

@@ -34,13 +34,10 @@
 
 enum { SERVO_NODE_QUEUE = 64 };
 
+/* What the tick uses comes first: short offsets cost fewer instructions. */
 typedef struct {
-  axis_tuning tuning;
-  tuning_owner owner; /* of the parameters' part */
   drive_objects objects;
   drive_axis drive;
-  experiment_objects experiment; /* 0x2100 */
-  recorded_tick recorded;        /* 0x2101 */
   axis_monitor monitor;
   protection_objects limits;     /* 0x2060 */
   protection_owner limits_owner; /* of its part */
@@ -52,6 +49,10 @@ typedef struct {
   fault_set bus_faults;        /* commanded in the next tick */
   drive_machine machine;       /* of the drive's bounds */
   bool left_alone;             /* stopped because the master was silent; until the axis is in operation again */
+  axis_tuning tuning;
+  tuning_owner owner;            /* of the parameters' part */
+  experiment_objects experiment; /* 0x2100 */
+  recorded_tick recorded;        /* 0x2101 */
 } servo_node_axis;
 
 /* 0x3010, 0x3030, 0x3031, 0x3050 and 0x3061. */

@@ -10,8 +10,8 @@ enum {
   DISAGREE_TICKS = 5,
   OVERSPEED_TICKS = 2,
   SATURATED_TICKS = 2,
-  RUNAWAY_TICKS = 20,
-  DECAY_TICKS = 20, /* of the current of a bridge that switches off: a few times L / R */
+  RUNAWAY_TICKS = 24, /* longer than the filters of rate and acceleration remember what was before */
+  DECAY_TICKS = 20,   /* of the current of a bridge that switches off: a few times L / R */
   OFFSET_TICKS = 10,
   MISMATCH_TICKS = 8,
   OVER_CURRENT_TICKS = 2,
@@ -161,7 +161,7 @@ static fault_set monitor_gyro(axis_protection *p, const protection_limits *limit
 
 /* Means of one tick: L di/dt follows from the current at the tick's ends. The loop around a dead sensor swings between
  * the limits, so the sign is ignored. A warm winding needs more voltage for its current. One whose resistance is
- * smaller than 2055 says needs less, by the tolerance 2060:22 at most. */
+ * smaller than 2055 says needs less, by the tolerance 2060:22 at most; that of the inductance is the same. */
 static bool voltage_mismatch(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                              const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const float drop_v = motor->resistance_ohm * in->mean_current_a;
@@ -169,7 +169,8 @@ static bool voltage_mismatch(axis_protection *p, const protection_limits *limits
   const float inductive_v = motor->resistance_ohm * motor->time_constant_s / dt_s * rise_a;
   const float unexplained_v = in->tick_voltage_v - inductive_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s;
   const float share = unexplained_v * drop_v > 0.0f ? MISMATCH_OF_DROP : limits->motor_tolerance;
-  const bool seen = !scalar_within(unexplained_v, limits->voltage_mismatch_v + share * scalar_abs(drop_v));
+  const float of_winding_v = scalar_abs(drop_v) + scalar_abs(inductive_v);
+  const bool seen = !scalar_within(unexplained_v, limits->voltage_mismatch_v + share * of_winding_v);
   if (!seen) {
     p->mismatch_ticks -= p->mismatch_ticks > 0 ? 1 : 0;
     return false;
@@ -222,14 +223,14 @@ static fault_set monitor_voltage(axis_protection *p, const protection_limits *li
 /* The torque pushes the axis towards its set-point, but it accelerates in the opposite direction. */
 static bool runs_away(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                       const protection_inputs *in, float dt_s) {
-  const float acceleration_rad_s2 = (in->rate_rad_s - p->slow_rate_rad_s) / SETTLING_S;
+  const float gain_rad_s = in->rate_rad_s - p->slow_rate_rad_s; /* in SETTLING_S */
   follow(&p->slow_rate_rad_s, in->rate_rad_s, dt_s / SETTLING_S);
   const float error_rad_s = in->reference_rad_s - in->rate_rad_s;
   const float towards = error_rad_s < 0.0f ? -1.0f : 1.0f;
   const float limit_nm = motor->current_limit_a * motor->torque_constant_nm_a;
   const bool away = in->speed_closed && !scalar_within(error_rad_s, 0.1f * limits->speed_error_rad_s) &&
                     towards * in->torque_nm > RUNAWAY_TORQUE * limit_nm &&
-                    towards * acceleration_rad_s2 < -RUNAWAY_ACCELERATION_RAD_S2;
+                    towards * gain_rad_s < -RUNAWAY_ACCELERATION_RAD_S2 * SETTLING_S;
   return seen_for(&p->runaway_ticks, away, RUNAWAY_TICKS);
 }
 

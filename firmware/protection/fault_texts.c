@@ -195,10 +195,11 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_RUNAWAY] =
         {.name = "runaway",
          .detection =
-             "For 20 ticks more than half of the torque limit acts towards the set-point, the rate differs from it by "
+             "For 24 ticks more than half of the torque limit acts towards the set-point, the rate differs from it by "
              "more than a tenth of 2060:6, and the axis accelerates away from it. Or its path against the sign of the "
-             "set-point, while it accelerates that way, exceeds 2060:31, although more than a quarter of the motor's "
-             "torque acts towards the set-point.",
+             "set-point, while it accelerates that way, exceeds 2060:31 although more than a quarter of the motor's "
+             "torque "
+             "has acted towards the set-point for 28 ms without a break.",
          .when = SPEED_DRIVEN,
          .timer = "",
          .limits = LIMIT(6) | LIMIT(31),
@@ -229,9 +230,9 @@ const fault_text fault_texts[FAULT_COUNT] = {
                      .clear = RESET},
     [FAULT_SPEED_ERROR] =
         {.name = "speed error",
-         .detection = "Set-point minus rate exceeds 2060:6 for the time 2060:7. Or its path against the sign of the "
-                      "set-point, while it accelerates that way, exceeds 2060:31, and less than a quarter of the "
-                      "motor's torque acts.",
+         .detection =
+             "Set-point minus rate exceeds 2060:6 for the time 2060:7. Or its path against the sign of the "
+             "set-point, while it accelerates that way and its torque does not push it there, exceeds 2060:31.",
          .when = SPEED_DRIVEN,
          .timer = "2060:7",
          .limits = LIMIT(6) | LIMIT(7) | LIMIT(31),

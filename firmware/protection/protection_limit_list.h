@@ -38,7 +38,7 @@
   LIMIT(13, current_offset_a, 1e-4f, 1e4f, 0.5f, "A", "Current offset limit",                                          \
         "Largest reading of the current sensor without current")                                                       \
   LIMIT(14, voltage_mismatch_v, 0.01f, 1e3f, 4.0f, "V", "Voltage mismatch limit",                                      \
-        "Largest difference between bridge voltage and R i + Ke w (plus 40 % of R i, or 2060:22 of R i downwards)")    \
+        "Largest difference between bridge voltage and R i + Ke w (plus 40 % of R i and L di/dt, or 2060:22 downwards)")    \
   LIMIT(15, under_voltage_v, 1.0f, 1e3f, 36.0f, "V", "Under-voltage limit",                                            \
         "Lowest bus voltage while a control loop is closed")                                                           \
   LIMIT(16, over_voltage_v, 1.0f, 1e3f, 60.0f, "V", "Over-voltage limit", "Highest bus voltage")                       \

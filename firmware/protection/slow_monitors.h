@@ -27,12 +27,16 @@ typedef struct {
   sensor_drift drift;
   standstill_monitor standstill;
   float reduced_s;
-  float against_rad; /* path against the set-point */
-  fault_set found;   /* by the last judgement */
+  float torque_sum_nm; /* commanded, of the ticks since the last judgement */
+  int strong_windows;  /* with a strong torque towards the set-point, counted without a break */
+  float against_rad;   /* path against the set-point */
+  float pushed_rad;    /* the part of it in spite of a strong torque */
+  fault_set found;     /* by the last judgement */
 } slow_monitors;
 
-/* Adds a tick; `found` are the faults that protection has found in it. Call after each tick. */
-void slow_monitors_add(slow_monitors *monitors, const axis_protection *protection, fault_set found);
+/* Adds a tick; `found` are the faults that protection has found in it, `torque_nm` was commanded in it. Call after each
+ * tick. */
+void slow_monitors_add(slow_monitors *monitors, const axis_protection *protection, fault_set found, float torque_nm);
 
 /* Renews `found`. Call after every SLOW_MONITOR_TICKS-th tick, with its inputs. */
 void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limits, const protection_motor *motor,

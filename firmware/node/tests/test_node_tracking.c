@@ -934,7 +934,13 @@ static void test_bad_frames_are_counted_and_do_nothing(void) {
   give(FRAME_ID, 8, (const uint8_t[]){0xFF, 0x7F, 0, 0, 0, 0, 101, (uint8_t)(world.counter + 1)}); /* quality */
   wait_ms(1);
   TEST_ASSERT_EQUAL(4, get(CAMERA_STATE, LAST_DROP) & 0xFF);
-  TEST_ASSERT_EQUAL(3, get(CAMERA_STATE, DROPPED));
+  SET(CAMERA, TIME_OF_EXPOSURE, 1); /* stamps of the node's clock, 100 counts a ms: exposed in 20 ms */
+  const uint32_t later = (get(0x1013, 0) + 20000u) / 10u;
+  give(FRAME_ID, 8,
+       (const uint8_t[]){0xFF, 0x7F, 0, 0, (uint8_t)later, (uint8_t)(later >> 8), 90, (uint8_t)(world.counter + 1)});
+  wait_ms(1);
+  TEST_ASSERT_EQUAL(3, get(CAMERA_STATE, LAST_DROP) & 0xFF);
+  TEST_ASSERT_EQUAL(4, get(CAMERA_STATE, DROPPED));
   TEST_ASSERT_EQUAL(taken, get(CAMERA_STATE, TAKEN));
   CHECK_NEAR("rad", 0.0, joint_rad(0), 2e-6);
 }

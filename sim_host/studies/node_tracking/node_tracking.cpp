@@ -67,10 +67,10 @@ NodeTrackingCase evasive_pass(const NodeTrackingCase& pass) {
 }
 
 // For information: no requirement has this motion.
-NodeTrackingCase on_base(const NodeTrackingCase& fly_by, const std::string& name,
+NodeTrackingCase on_base(const NodeTrackingCase& still, const std::string& name,
                          const std::array<BaseSpectrum, 3>& base) {
-  NodeTrackingCase tried = fly_by;
-  tried.name = "fly-by, " + name;
+  NodeTrackingCase tried = still;
+  tried.name += ", " + name;
   tried.scenario.camera.geometry = CameraGeometry::kLineOfSight;
   tried.base.assign(base.begin(), base.end());
   tried.reference = NodeTrackingReference::kNone;
@@ -279,8 +279,8 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   cases.push_back(fly_by);
   for (const double elevation_deg : {60.0, 80.0, 85.0}) {
     cases.push_back(pass_at(elevation_deg, 500.0, data_dir, predictive));
+    cases.push_back(between_ticks(cases.back()));
   }
-  cases.push_back(between_ticks(cases.back()));
   for (const auto& [elevation_deg, height_m] : {std::pair{88.0, 500.0}, std::pair{85.0, 150.0}}) {
     cases.push_back(lost_pass_at(elevation_deg, height_m, data_dir, predictive));
     cases.push_back(with_acceleration(cases.back(), kPassAcceleration_rad_s2));
@@ -302,6 +302,8 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
     cases.push_back(with_frame_rate(fly_by, frame_rate_hz));
   }
   cases.push_back(evasive_pass(pass_at(60.0, 500.0, data_dir, predictive)));
+  cases.push_back(on_base(pass_at(80.0, 500.0, data_dir, predictive), "on a ship", kShip));
+  fly_by.name = "fly-by";
   cases.push_back(on_base(fly_by, "on a ship", kShip));
   cases.push_back(on_base(fly_by, "on a vehicle", kVehicle));
   for (const bool base_rates : {false, true}) {
