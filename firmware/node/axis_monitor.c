@@ -57,8 +57,8 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->speed_closed = closed && axis->mode != SERVO_TORQUE;
   in->limited = axis->signals.torque.limited;
   in->torque_nm = axis->commanded_nm;
-  in->reference_rad_s = axis->signals.reference.rate_rad_s;
-  in->rate_rad_s = axis->signals.rates.rate_rad_s;
+  in->reference_rad_s = axis->signals.reference.rate_rad_s - axis->speed.carried_rad_s;
+  in->rate_rad_s = axis->signals.rates.rate_rad_s - axis->speed.carried_rad_s;
 }
 
 /* What the torque limits of the last command leave; never less than a tenth of the motor's torque: below it nothing

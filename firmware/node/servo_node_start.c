@@ -34,7 +34,7 @@ static void state_changed(void *context, nmt_state state) {
 
 /* --- LSS ---------------------------------------------------------------------------------------------------------- */
 
-static bool has_torque(void *context) { return servo_node_any_axis_is_powered(context); }
+static bool has_torque(void *context) { return servo_node_any_axis_moves(context); }
 
 static lss_store_progress store_bus(void *context, const bus_settings *settings) {
   servo_node *node = context;

@@ -41,9 +41,9 @@ void servo_node_report_stored(servo_node *node) {
   servo_node_raise_emergency(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
 }
 
-/* A save is not started while an axis has torque, or still turns since it had: protection may have to brake it. It is
+/* A save does not begin while an axis has torque, or still turns since it had: protection may have to brake it. It is
  * never needed then, and its safety is not proven. */
-static bool any_axis_moves(const servo_node *node) {
+bool servo_node_any_axis_moves(const servo_node *node) {
   bool moves = servo_node_any_axis_is_powered(node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     moves = moves || node->axis[i].monitor.envelope.turns;
@@ -55,7 +55,7 @@ static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group)
   return persisted_storage_command(
       &node->storage,
       &(persisted_command){
-          .saving = saving, .group = group, .powered = any_axis_moves(node), .in_force = in_force(node)});
+          .saving = saving, .group = group, .powered = servo_node_any_axis_moves(node), .in_force = in_force(node)});
 }
 
 /* Values that wait cannot be stored, and storing only the rest without an error would be wrong. */
@@ -104,8 +104,8 @@ od_abort servo_node_restore(void *context, uint8_t group) {
 od_abort servo_node_store_word(void *context, uint64_t hash) {
   servo_node *node = context;
   return persisted_storage_command(
-      &node->storage,
-      &(persisted_command){.saving = true, .group = 0, .access_hash = hash, .powered = any_axis_moves(node)});
+      &node->storage, &(persisted_command){
+                          .saving = true, .group = 0, .access_hash = hash, .powered = servo_node_any_axis_moves(node)});
 }
 
 void servo_node_take_word(servo_node *node) {

@@ -26,6 +26,8 @@ enum {
 #define SETTLING_S 0.01f /* of the current of a bridge that is off, and of the rate that runaway compares with */
 #define RUNAWAY_TORQUE 0.5f
 #define RUNAWAY_ACCELERATION_RAD_S2 0.5f
+#define IMPOSSIBLE_S \
+  0.055f /* no torque makes a rate fall by this, times 2060:19, within RUNAWAY_TICKS: decision 0028 */
 #define STANDSTILL_RAD_S 2e-3f
 #define OUTWARDS_RAD 2e-3f /* a seal that was wound up moves the axis by less when its brake opens */
 
@@ -220,10 +222,13 @@ static fault_set monitor_voltage(axis_protection *p, const protection_limits *li
   return bit_if(under, FAULT_UNDER_VOLTAGE) | bit_if(over, FAULT_OVER_VOLTAGE);
 }
 
-/* The torque pushes the axis towards its set-point, but it accelerates in the opposite direction. */
+/* The torque pushes the axis towards its set-point, but it accelerates in the opposite direction: it turns away ever
+ * faster, or its rate has fallen by more than torque and friction can make it. One that still turns towards its
+ * set-point may get slower by friction. */
 static bool runs_away(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                       const protection_inputs *in, float dt_s) {
-  const float gain_rad_s = in->rate_rad_s - p->slow_rate_rad_s; /* in SETTLING_S */
+  const float slow_rad_s = p->slow_rate_rad_s;
+  const float gain_rad_s = in->rate_rad_s - slow_rad_s; /* in SETTLING_S */
   follow(&p->slow_rate_rad_s, in->rate_rad_s, dt_s / SETTLING_S);
   const float error_rad_s = in->reference_rad_s - in->rate_rad_s;
   const float towards = error_rad_s < 0.0f ? -1.0f : 1.0f;
@@ -231,7 +236,15 @@ static bool runs_away(axis_protection *p, const protection_limits *limits, const
   const bool away = in->speed_closed && !scalar_within(error_rad_s, 0.1f * limits->speed_error_rad_s) &&
                     towards * in->torque_nm > RUNAWAY_TORQUE * limit_nm &&
                     towards * gain_rad_s < -RUNAWAY_ACCELERATION_RAD_S2 * SETTLING_S;
-  return seen_for(&p->runaway_ticks, away, RUNAWAY_TICKS);
+  if (!away) {
+    p->rate_before_rad_s = slow_rad_s;
+  }
+  if (!seen_for(&p->runaway_ticks, away, RUNAWAY_TICKS)) {
+    return false;
+  }
+  const float fall_rad_s = towards * (p->rate_before_rad_s - in->rate_rad_s);
+  p->rate_before_rad_s = in->rate_rad_s; /* friction may go on for long */
+  return towards * in->rate_rad_s < 0.0f || fall_rad_s > IMPOSSIBLE_S * limits->deceleration_rad_s2;
 }
 
 /* Alternating between both torque limits counts as blocked as well: only motion ends the count. */

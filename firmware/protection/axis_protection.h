@@ -48,13 +48,13 @@ typedef struct {
   float tick_current_a; /* at its end */
   float bus_voltage_v;
   /* of the last tick */
-  bool powered;      /* the bridge was on: a loop was closed, or the motor was shorted */
-  bool closed;       /* a loop was closed */
-  bool speed_closed; /* ... that controls the speed */
-  bool limited;      /* the torque was at a limit */
-  float torque_nm;   /* commanded */
-  float reference_rad_s;
-  float rate_rad_s; /* the one controlled */
+  bool powered;          /* the bridge was on: a loop was closed, or the motor was shorted */
+  bool closed;           /* a loop was closed */
+  bool speed_closed;     /* ... that controls the speed */
+  bool limited;          /* the torque was at a limit */
+  float torque_nm;       /* commanded */
+  float reference_rad_s; /* less what the base carries the axis (3076): the sender's word must look like no motion */
+  float rate_rad_s;      /* the one controlled, the same */
 } protection_inputs;
 
 typedef struct {
@@ -72,6 +72,7 @@ typedef struct {
   int saturated_ticks;
   float slow_rate_rad_s; /* the rate some ms ago */
   int runaway_ticks;
+  float rate_before_rad_s; /* some ms before the first of them */
   float speed_error_s;
   float stall_s;
   float outside_rad; /* least distance beyond the travel since a loop was closed */

@@ -196,7 +196,9 @@ const fault_text fault_texts[FAULT_COUNT] = {
         {.name = "runaway",
          .detection =
              "For 24 ticks more than half of the torque limit acts towards the set-point, the rate differs from it by "
-             "more than a tenth of 2060:6, and the axis accelerates away from it. Or its path against the sign of the "
+             "more than a tenth of 2060:6, and the axis turns away from it, ever faster, or its rate falls by more "
+             "than 0.055 s times 2060:19. Or its path against the sign "
+             "of the "
              "set-point, while it accelerates that way, exceeds 2060:31 although more than a quarter of the motor's "
              "torque "
              "has acted towards the set-point for 28 ms without a break.",
@@ -236,7 +238,9 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = SPEED_DRIVEN,
          .timer = "2060:7",
          .limits = LIMIT(6) | LIMIT(7) | LIMIT(31),
-         .cause = "Acceleration not reachable within the torque limit, excessive load, or oscillating gains.",
+         .cause = "Acceleration not reachable within the torque limit, excessive load, or oscillating gains. With a "
+                  "torque limit below a quarter of the motor's torque also swapped motor leads or a sensor with the "
+                  "wrong sign.",
          .check = "reference, rate and torque in the fault log: is the torque at its limit?",
          .cure = "Lower 6083 and 6084, reduce the load, or correct the gains.",
          .clear = RESET},

@@ -157,10 +157,10 @@ void test_sensors_that_are_wrong_together_are_found_by_the_motor() {
       {"frozen, set-point 0, motor known", motor, 0.0, 2.0, show(0.0), 3.0, 7.0 * sim::kRadPerDeg,
        2.0 * sim::kRadPerDeg},
       {"frozen, 1 deg/s", moving, 0.0175, 0.5, show(0.0), 0.05, 20.0 * sim::kRadPerDeg, 4.0 * sim::kRadPerDeg},
-      {"frozen, 20 deg/s", moving, 0.35, 0.5, show(0.0), 0.05, 33.0 * sim::kRadPerDeg, 9.0 * sim::kRadPerDeg},
+      {"frozen, 20 deg/s", moving, 0.35, 0.5, show(0.0), 0.05, 35.0 * sim::kRadPerDeg, 9.0 * sim::kRadPerDeg},
       {"half, 20 deg/s", motor, 0.35, 0.0, show(0.5), 0.1, 43.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
       {"half, 20 deg/s, motor known", motor, 0.35, 1.0, show(0.5), 0.1, 43.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
-      {"half, 40 deg/s", moving, 0.7, 0.0, show(0.5), 0.05, 53.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
+      {"half, 40 deg/s", moving, 0.7, 0.0, show(0.5), 0.2, 86.0 * sim::kRadPerDeg, 28.0 * sim::kRadPerDeg},
   };
   for (const Case& one : cases) {
     check(one);

@@ -511,6 +511,39 @@ static void test_an_axis_that_goes_away_from_its_set_point_against_its_torque_ru
   TEST_ASSERT_TRUE(ticks <= 60);
 }
 
+/* A hard slow-down, then half of the torque towards the set-point: viscous friction makes the axis still slower. */
+static void test_an_axis_that_turns_towards_its_set_point_and_gets_slower_does_not_run_away(void) {
+  bench b = new_bench();
+  b.in.torque_nm = 30.0f;
+  b.in.reference_rad_s = 1.4f;
+  b.rate_rad_s = 1.3f;
+  run(&b, 5);
+  for (int i = 0; i < 100; ++i) {
+    b.rate_rad_s -= 2.0f * DT_S;
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f));
+  }
+}
+
+/* 0.055 s of 4 rad/s^2 are 0.22 rad/s. A fall by more is that of sensors that fail together. */
+static void test_a_rate_that_falls_by_more_than_any_torque_makes_it_is_a_runaway(void) {
+  for (int i = 0; i < 2; ++i) {
+    bench b = new_bench();
+    b.limits.encoder_jump_rad = 1.0f;
+    b.in.torque_nm = 30.0f;
+    b.in.reference_rad_s = 0.8f;
+    b.rate_rad_s = 0.7f;
+    for (int tick = 0; tick < 100; ++tick) {
+      (void)step(&b, 0.0f);
+    }
+    b.rate_rad_s -= i == 0 ? 0.2f : 0.3f;
+    fault_set found = 0;
+    for (int tick = 0; tick < 60; ++tick) {
+      found |= step(&b, 0.0f);
+    }
+    TEST_ASSERT_EQUAL_HEX64(i == 0 ? 0 : fault_bit(FAULT_RUNAWAY), found & fault_bit(FAULT_RUNAWAY));
+  }
+}
+
 static void test_a_speed_error_trips_after_its_time(void) {
   bench b = new_bench();
   b.in.reference_rad_s = 0.6f;
@@ -969,6 +1002,8 @@ int main(void) {
   RUN_TEST(test_bus_voltage_is_judged_low_in_operation_only_and_high_always);
   RUN_TEST(test_too_fast_is_too_fast_in_the_second_tick_and_in_any_state);
   RUN_TEST(test_an_axis_that_goes_away_from_its_set_point_against_its_torque_runs_away);
+  RUN_TEST(test_an_axis_that_turns_towards_its_set_point_and_gets_slower_does_not_run_away);
+  RUN_TEST(test_a_rate_that_falls_by_more_than_any_torque_makes_it_is_a_runaway);
   RUN_TEST(test_a_speed_error_trips_after_its_time);
   RUN_TEST(test_a_torque_command_has_no_speed_error);
   RUN_TEST(test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count);
