@@ -1,13 +1,16 @@
 /* The complete boundary between the firmware and a machine, on one page.
  *
- * A platform (a folder beside this file) implements these functions at link time: `host` forwards them to a
- * simulated machine, a board folder to registers. The firmware calls nothing else that accesses hardware. Axis is 0
+ * A platform implements these functions at link time: `host` forwards them to a simulated machine, a folder of `boards`
+ * with the drivers of its chip to registers. The firmware calls nothing else that accesses hardware. Axis is 0
  * (azimuth) or 1 (pitch). No function blocks; each costs at most a few microseconds on a board. */
 #ifndef TRACKSERVO_HAL_H
 #define TRACKSERVO_HAL_H
 
 #include <stdbool.h>
 #include <stdint.h>
+
+/* Azimuth and pitch. A board may have fewer: an axis that it does not have is never ready. */
+enum { HAL_AXES = 2 };
 
 /* One machine. Its contents belong to the platform. */
 typedef struct hal hal;
@@ -44,10 +47,10 @@ typedef enum {
 
 /* Scales of the board's amplifiers and dividers for a current and a voltage. */
 typedef struct {
-  float current_full_scale_a[2]; /* at either end of the sensor's range, 0 A in its middle; 0.1 .. 1000 */
-  float
-      over_current_a[2]; /* above it the bridge is switched off at once, 0.05 .. 1000; the sensor range limits it too */
-  float voltage_full_scale_v; /* 5 .. 1000 */
+  float current_full_scale_a[HAL_AXES]; /* at either end of the sensor's range, 0 A in its middle; 0.1 .. 1000 */
+  float over_current_a[HAL_AXES]; /* above it the bridge is switched off at once, 0.05 .. 1000; the sensor range limits
+                                     it too */
+  float voltage_full_scale_v;     /* 5 .. 1000 */
 } hal_scales;
 
 /* Sets the full scales, from the next PWM period on. Call it while both axes are off. Until the first call they are 25

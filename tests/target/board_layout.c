@@ -1,7 +1,7 @@
 /* Where the image keeps what board_recording.hpp reads: compiled for the chip, because only its compiler knows. */
 #include <stddef.h>
 
-#include "board.h"
+#include "machine.h"
 #include "node/servo_node.h"
 #include "servo/servo_board.h"
 

@@ -7,7 +7,7 @@
 #include "board_recording.hpp"
 #include "board_steps.hpp"
 #include "run/tick_sequence.hpp"
-#include "stm32g474/bridge.h"
+#include "chips/stm32g4/bridge.h"
 
 extern "C" {
 #include "products/brushed_tracker/default_parameters.h"

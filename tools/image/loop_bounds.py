@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ["firmware", "hal"]
-NOT_IN_AN_IMAGE = ["hal/host/", "hal/cortex_m4_qemu/"]
+NOT_IN_AN_IMAGE = ["hal/host/", "hal/boards/cortex_m4_qemu/"]
 
 COUNTED = re.compile(r"^(?:[\w ]+?[\w*] )(?P<i>\w+) = (?P<first>[^;]+); (?P=i) (?P<test><|<=|>|>=|!=) (?P<bound>[^;&|?]+)(?: && [^;]+)?; "
                      r"(?P<step>\+\+(?P=i)|(?P=i)\+\+|--(?P=i)|(?P=i)--|(?P=i) [-+]= [\w ]+)$")

@@ -9,7 +9,7 @@
     option_bytes.py patch COPY.bin            ... or without write protection, for the next flash
     option_bytes.py banks COPY.bin            ... or without write protection and with the banks that the image needs
 
-The bit positions are those of hal/stm32g474/registers/flash.h, which ./tools/test image compares with the crates.
+The bit positions are those of hal/chips/stm32g4/registers/flash.h, which ./tools/test image compares with the crates.
 """
 
 import pathlib
@@ -18,7 +18,7 @@ import struct
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-HEADER = ROOT / "hal/stm32g474/registers/flash.h"
+HEADER = ROOT / "hal/chips/stm32g4/registers/flash.h"
 PAGE_BYTES = 2048
 # A copy holds OPTR, two words of PCROP, WRP1AR and WRP1BR, each followed by its complement.
 COPY_BYTES = 40

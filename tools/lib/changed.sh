@@ -46,13 +46,13 @@ steps_of_place() {
 
     firmware/*/tests/*.cpp) echo short asan ;;
     firmware/*/tests/*.c | hal/*/tests/*.c) echo sanitized firmware coverage mutate cortex-m4 ;;
-    hal/stm32g474/openocd.cfg) ;;
-    hal/stm32g474/*.ld) echo image short long servoctl-image check ;;
-    hal/cortex_m4_qemu/*.ld) echo cortex-m4 ;;
+    hal/boards/nucleo_g474/openocd.cfg) ;;
+    hal/chips/stm32g4/*.ld) echo image short long servoctl-image check ;;
+    hal/boards/cortex_m4_qemu/*.ld) echo cortex-m4 ;;
     firmware/canopen/*.[ch] | firmware/*.h) echo "$firmware_steps" ;;
     firmware/*.c) echo "${firmware_steps/ short / short:-without_servo }" ;;
-    hal/stm32g474/*.[chS]) echo image lint short long reproducible tidy servoctl-image check ;;
-    hal/cortex_m4_qemu/*.[chS]) echo lint cortex-m4 ;;
+    hal/chips/stm32g4/*.[chS] | hal/boards/nucleo_g474/*.[ch]) echo image lint short long reproducible tidy servoctl-image check ;;
+    hal/boards/cortex_m4_qemu/*.[chS]) echo lint cortex-m4 ;;
     hal/*.[ch]) echo "$firmware_steps" ;;
     sim_host/*) echo "$simulator_steps" ;;
 

@@ -145,7 +145,7 @@ step_tidy() {
   mkdir -p build/host-tidy
   printf "InheritParentConfig: true\nChecks: '-bugprone-suspicious-include'\n" >build/host-tidy/.clang-tidy
   tidy_of host-tidy "^$here/(build/host-tidy/sim_host/.*Unity/|(firmware|hal|sim_host/emulator/(core|chip|board))/(?!.*tests/))" || failed=1
-  tidy_of stm32g474 "^$here/hal/stm32g474/" "${on_board[@]}" || failed=1
+  tidy_of stm32g474 "^$here/hal/(chips/stm32g4|boards/nucleo_g474)/" "${on_board[@]}" || failed=1
   [[ $failed == 1 ]] || { echo "Nothing found." && return; }
   print_tidy_findings
   return 1

@@ -4,7 +4,7 @@
     check_registers.py [--crates FOLDER] [--headers FOLDER]
 
 Compares every register (offset, value after reset), field (position, width), address, interrupt number, DMA request and
-pin of hal/stm32g474. A definition without counterpart is an error, unless exceptions.toml gives a reason. The definitions
+pin of hal/chips/stm32g4 and of its boards. A definition without counterpart is an error, unless exceptions.toml gives a reason. The definitions
 are compiled for the host, not parsed, so that the comparison uses the values that the firmware gets.
 """
 
@@ -167,8 +167,8 @@ class Check:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--crates", type=pathlib.Path, default=ROOT / "third_party/stm32g4")
-    parser.add_argument("--headers", type=pathlib.Path, default=ROOT / "hal/stm32g474/registers")
-    parser.add_argument("--pins", type=pathlib.Path, default=ROOT / "hal/stm32g474/pins.c")
+    parser.add_argument("--headers", type=pathlib.Path, default=ROOT / "hal/chips/stm32g4/registers")
+    parser.add_argument("--pins", type=pathlib.Path, default=ROOT / "hal/boards/nucleo_g474/pins.c")
     options = parser.parse_args()
     if not options.crates.is_dir():
         print(f"check_registers.py: no crates in {options.crates}: run ./tools/setup test.", file=sys.stderr)

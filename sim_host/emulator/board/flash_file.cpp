@@ -12,7 +12,7 @@ constexpr std::uint32_t kPageBytes = sim::FlashMemory::kPageBytes;
 constexpr std::uint32_t kBusBytes = sim::FlashMemory::kBusPages * kPageBytes;
 constexpr std::uint32_t kAreaBytes = sim::FlashMemory::kPages * kPageBytes;
 
-// The board has the pages for node id and bit rate first (hal/stm32g474/parameter_flash.h).
+// The board has the pages for node id and bit rate first (hal/chips/stm32g4/parameter_flash.h).
 constexpr std::array<std::uint32_t, kPieces> kOnBoard = {kBusBytes, kBusBytes + kAreaBytes, 0};
 
 std::array<const hal_flash *, kPieces> pieces_of(const sim::FlashMemory& file) {

@@ -8,25 +8,26 @@ import sys
 import pytest
 
 PROJECT = pathlib.Path(__file__).resolve().parents[3]
-BOARD = PROJECT / "hal/stm32g474"
+CHIP = PROJECT / "hal/chips/stm32g4"
+PINS = PROJECT / "hal/boards/nucleo_g474/pins.c"
 
 
-def check(board: pathlib.Path) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, PROJECT / "tools/registers/check_registers.py", "--headers", board / "registers",
-                           "--pins", board / "pins.c"], check=False, capture_output=True, text=True)
+def check(chip: pathlib.Path, pins: pathlib.Path) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, PROJECT / "tools/registers/check_registers.py", "--headers", chip / "registers",
+                           "--pins", pins], check=False, capture_output=True, text=True)
 
 
 @pytest.fixture(name="board")
 def fixture_board(tmp_path: pathlib.Path) -> pathlib.Path:
-    board = tmp_path / "stm32g474"
-    shutil.copytree(BOARD / "registers", board / "registers")
-    for file in ("interrupts.h", "pins.c"):
-        shutil.copy(BOARD / file, board / file)
+    board = tmp_path / "board"
+    shutil.copytree(CHIP / "registers", board / "registers")
+    for file in (CHIP / "interrupts.h", PINS):
+        shutil.copy(file, board)
     return board
 
 
 def test_all_definitions_agree():
-    result = check(BOARD)
+    result = check(CHIP, PINS)
     assert result.returncode == 0, result.stdout
     assert int(result.stdout.split()[0]) > 500
 
@@ -53,6 +54,6 @@ def test_what_is_put_wrong_is_found(board, file, right, wrong, error):
     text = path.read_text("utf-8")
     assert text.count(right) == 1
     path.write_text(text.replace(right, wrong), "utf-8")
-    result = check(board)
+    result = check(board, board / "pins.c")
     assert result.returncode != 0
     assert error in result.stdout + result.stderr
