@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The libraries of the simulator, all from the system's packages. Every folder may link them.
 include_guard(GLOBAL)
 include(TrackservoMissing)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # TRACKSERVO_GIT: the commit that is built, with "-dirty" when files differed from it, or "unknown" without git. It is
 # taken when CMake runs, and every commit makes CMake run.
 include_guard(GLOBAL)

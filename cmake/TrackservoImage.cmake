@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # trackservo_add_image(NAME SOURCES...): an executable for the board, as bin/NAME.elf, .hex, .bin and .map, its sizes
 # beside their budget (target size, part of every build), and the targets flash, erase and debug.
 include_guard(GLOBAL)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Sanitizers (all of our code, and Unity) and coverage (firmware/ only), as INTERFACE targets: empty unless the
 # preset asks for them.
 include_guard(GLOBAL)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # One clear error for each tool and library that is missing: what it is, and which command installs it.
 include_guard(GLOBAL)
 

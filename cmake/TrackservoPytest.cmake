@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # pytest, in the virtual environment that tools/setup makes.
 #
 # Options of the tests that talk to a servo: tests/real_time.args, for tools/test, too.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What every target of our own is built with. Nothing here is global: third-party code never sees it.
 include_guard(GLOBAL)
 include(TrackservoWarnings)

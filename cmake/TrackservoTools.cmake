@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Is there what project() needs: Ninja and the compilers? Expects languages.
 include_guard(GLOBAL)
 include(TrackservoMissing)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Unicorn, the instruction-set emulator: header and library come with the Python package that tools/requirements.txt
 # pins and tools/setup puts into build/venv.
 include_guard(GLOBAL)

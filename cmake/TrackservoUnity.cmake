@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Unity, the test framework: no code of ours, so it is brought in by tools/setup (pinned and checked) and never
 # committed. -DUNITY_DIR=, or else the environment variable of that name, uses another copy. A relative folder of the
 # environment counts from the project's folder.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Warnings are errors in our code. Link trackservo_warnings PRIVATE, so that nobody inherits them.
 include_guard(GLOBAL)
 

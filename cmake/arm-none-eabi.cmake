@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Toolchain: Debian's arm-none-eabi-gcc with newlib, for a Cortex-M4 with single-precision FPU. Flags that decide the
 # machine code stand here, so that every image (the board's, and the tests' on an emulated core) is compiled alike.
 set(CMAKE_SYSTEM_NAME Generic)

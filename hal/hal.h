@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The complete boundary between the firmware and a machine, on one page.
  *
  * A platform implements these functions at link time: `host` forwards them to a simulated machine, a folder of `boards`

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What a platform with interrupts does besides hal.h: it starts, tests itself, calls the product's tasks, and has a CAN
  * controller. The product's main.c is the only caller.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A piece of flash memory for parameters: pages that are erased as a whole, double words that are programmed once.
  *
  * The rules are those of the hardware: an erased byte is FF; a double word is programmed once after an erase; after a

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Identifies the image: 96 bytes at offset 0x200 of the flash, where tools find them without running anything.
  *
  * Length and CRC are written after linking (tools/image/stamp_image.py). The CRC-32 (IEEE 802.3) covers

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Headers of other libraries that nearly every C++ file here includes. The build compiles them once (CMakeLists.txt,
 // beside this file); no file includes this one.
 #ifndef TRACKSERVO_SIM_HOST_HEADERS_HPP

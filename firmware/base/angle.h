@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A joint angle as a binary fraction of a turn.
  *
  * An absolute encoder delivers up to 32 bits; a float has only 24. So the angle travels as a uint32 in units of 2^-32

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* One classic CAN frame, and the function type that sends one.
  *
  * Standard: ISO 11898-1 classic frames with 11-bit or 29-bit identifiers and at most 8 data bytes. Everything that

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A queue of CAN frames from one producer to one consumer, without locks.
  *
  * A ring with free-running counters (Lamport 1983, "Specifying concurrent program modules"), with C11 acquire and

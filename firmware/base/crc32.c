@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/crc32.h"
 
 uint32_t crc32_add(uint32_t crc, const uint8_t *bytes, uint32_t count) {

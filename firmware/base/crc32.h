@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* CRC-32 of IEEE 802.3 (polynomial 04C11DB7 reflected), the one of zlib and Ethernet; bit by bit, without a table. */
 #ifndef TRACKSERVO_BASE_CRC32_H
 #define TRACKSERVO_BASE_CRC32_H

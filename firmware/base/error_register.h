@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The bits of the error register, object 1001h: CiA 301 v4.2.0, clause 7.5.2.2. */
 #ifndef TRACKSERVO_BASE_ERROR_REGISTER_H
 #define TRACKSERVO_BASE_ERROR_REGISTER_H

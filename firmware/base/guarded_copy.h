@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Values that must not change by themselves: gains, limits, motor data. Each block has a complement copy; a slice of
  * all blocks is compared per call, so that a bit that flips in either copy is found within one cycle.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which value of a set of parameters is wrong, and what would be right.
  *
  * A check of a whole set answers with it, so that no caller has to look for the value in the blocks:

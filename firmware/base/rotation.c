@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/rotation.h"
 
 /* By their Taylor series, for |x| <= pi / 4. */

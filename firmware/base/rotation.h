@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A rotation in a plane, as sine and cosine of its angle. */
 #ifndef TRACKSERVO_BASE_ROTATION_H
 #define TRACKSERVO_BASE_ROTATION_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Scalar arithmetic that gives the same bits on every machine.
  *
  * The C library's expf, sinf and cosf differ in the last bit between host and target, so they cannot be used in a trace

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Variables that two contexts share, of which one interrupts the other: in C and C++17 alike, with one representation.
  *
  * C reads and writes them with atomic_load_explicit and atomic_store_explicit, C++ with load and store. On the board

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "base/siphash.h"
 
 enum { WORD_BYTES = 8, ROUNDS = 2, FINAL_ROUNDS = 4 };

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* SipHash-2-4: a keyed hash of a short message, 64 bits.
  *
  * J.-P. Aumasson, D. J. Bernstein, "SipHash: a fast short-input PRF", 2012. Two rounds for each 8 bytes, four at the

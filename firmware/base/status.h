@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Result of a parameter check.
  *
  * Parameters are checked once, when they are set, never in the tick. With parameters that its `*_check` accepts and

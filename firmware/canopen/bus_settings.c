@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/bus_settings.h"
 
 #include "canopen/cob_id.h"

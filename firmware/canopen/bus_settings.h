@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Node id and bit rate: what a node needs before it can take part in a bus, and which defaults depend on them.
  *
  * COB-IDs contain the node id ($NODEID in the EDS). The default inhibit times of the TPDOs are those of 1 Mbit/s times

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A CANopen node: all services of one device on one bus.
  *
  * Standard: CiA 301 v4.2.0. Each service has its own file; this file combines them. The receive interrupt calls

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the files of the node on the bus share; other rooms use canopen_node.h.
  *
  *     canopen_node.c          state, reset, queues, the millisecond

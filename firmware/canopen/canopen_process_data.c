@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/canopen_node_parts.h"
 #include "canopen/cob_id.h"
 #include "canopen/node_objects.h"

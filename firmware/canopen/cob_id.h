@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* COB-IDs as the objects hold them: an identifier and the flags in the bits above it.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2 (bit 31: not valid). PDO, SYNC and EMCY use it to check a written COB-ID and

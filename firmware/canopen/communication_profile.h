@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The communication objects 0x1000 to 0x1FFF: the struct of their values, and the rows that all nodes share.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2. What differs between devices (identity, default PDO mapping) is a second,

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/crc_xmodem.h"
 
 /* One nibble at a time, so the table has only 16 words. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* CRC-16/XMODEM of the SDO block transfer.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.4.3.16: polynomial x^16 + x^12 + x^5 + 1, start value 0, most significant bit

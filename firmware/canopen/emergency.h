@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Emergency messages: active errors, error history, and the messages that report both.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.7, objects 0x1001 (error register), 0x1003 (history), 0x1014 (COB-ID) and

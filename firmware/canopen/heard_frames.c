@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/heard_frames.h"
 
 const can_id_range heard_ranges[HEARD_RANGES] = {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The frames that a node hears: one table for the board, the simulator and the objects.
  *
  * Standard: CiA 301 v4.2.0, clause 7.3.5 and table 40 (identifiers that no object may have), CiA 305 (LSS). The board's

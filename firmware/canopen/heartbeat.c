@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/heartbeat.h"
 
 bool heartbeat_producer_due(heartbeat_producer *producer, uint16_t period_ms) {

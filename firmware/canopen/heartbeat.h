@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Heartbeats: sends this node's heartbeat and detects the loss of another node's.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.8.3.2, objects 0x1017 (producer) and 0x1016 (consumers). The 1 ms tick advances

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/lss_slave.h"
 
 /* First byte of requests and answers. */

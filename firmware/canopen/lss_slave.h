@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* LSS slave (layer setting services): sets node id and bit rate over the bus, also for a node that has no node id.
  *
  * Standard: CiA 305. Each request and each answer is one frame of 8 bytes, 7E5h and 7E4h, lowest byte first:

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Network management: the node's own state and the commands that change it.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.8 and 7.3.2 (NMT state machine, figure 47). The node passes each NMT frame to

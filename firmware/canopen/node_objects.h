@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What happens when the bus reads or writes the node's own objects.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2, the value definition of each object. These are the hooks of the two

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The object dictionary: typed entries as data, found by index and sub-index.
  *
  * Standard: CiA 301 v4.2.0, clause 7.4 (object dictionary, data types) and table 22 (SDO abort codes). A dictionary

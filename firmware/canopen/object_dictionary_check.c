@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/object_dictionary_check.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Checks an object dictionary, row by row.
  *
  * Standard: the rules are CiA 301's (types, mapping) and those that object_dictionary.h states for tables. The tests

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Macros that write the rows of an object dictionary table.
  *
  * Each is one initialiser of `od_entry` (object_dictionary.h); the size of the member is compared with that of the type

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/object_dictionary.h"
 
 uint16_t od_type_bytes(od_type type) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* PDO parameters: the communication record of each PDO, and the rules for changing it and its mapping.
  *
  * Standard: CiA 301 v4.2.0, clauses 7.5.2.35 to 7.5.2.38: switch the PDO off (bit 31 of its COB-ID), set the number

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The mapping of a PDO: the objects that its bytes belong to.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2.36 (RPDO mapping 0x1600), 7.5.2.38 (TPDO mapping 0x1A00) and 7.4.7.1 (dummy

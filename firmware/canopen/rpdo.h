@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Receive PDO: from a frame into the mapped objects.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.35: types 254 and 255 take effect at once, types 0 to 240 at the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the files of the SDO server share: command specifiers, answers, and the two block protocols.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.4.3, figures 29 to 45. For sdo_server.c, sdo_block_download.c and

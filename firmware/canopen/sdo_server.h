@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* SDO server: reading and writing the object dictionary from the bus.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.4: expedited, segmented and block transfer in both directions with

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The data of one SDO transfer: a value through a small buffer, or a DOMAIN through its owner's stream.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.4 leaves the source of the bytes open; this file hides it from the protocols.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/storage.h"
 
 od_abort storage_accept(bool saving, uint32_t value) {

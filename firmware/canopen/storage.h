@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Storing and restoring parameters by command: objects 0x1010 and 0x1011.
  *
  * Standard: CiA 301 v4.2.0, clauses 7.5.2.13 and 7.5.2.14: only the signatures "save" and "load" act. The application

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* SYNC consumer: the network's common clock for synchronous PDOs.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.5, objects 0x1005 (COB-ID), 0x1006 (communication cycle period) and 0x1019

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/sync_clock.h"
 
 enum { TICK_US = 1000, WINDOW_TICKS = 2000, MAX_TICKS = 10000, LONGEST_PERIOD_US = 1000000, JITTER_US = 3000 };

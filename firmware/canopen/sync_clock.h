@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Compares the node's clock with that of the SYNC producer: the ticks between many SYNCs against their period 0x1006.
  *
  * A window begins at a SYNC and ends at the first one after 2 s. An interval that is not between half and one and a

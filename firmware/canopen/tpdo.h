@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Transmit PDO: from the mapped objects into a frame.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.37: types 254 and 255 are sent when a mapped object with OD_EVENT

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* An experiment moves one axis so that friction, inertia or the loop's response can be identified.
  *
  *     stimulus (what to do next) -> limits (may it?) -> servo_axis_command, once per tick, until done or stopped

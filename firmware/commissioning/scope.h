@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The scope: up to 8 signals sampled at the tick into 32 KiB, around a trigger, read out as bytes.
  *
  * A frame is one sample of each channel, bit for bit the 32-bit word of its source. Frames go into a ring until the

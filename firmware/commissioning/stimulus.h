@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The motions of the experiments, one set-point per tick.
  *
  * - sweep: constant speeds, slowest first, each `dwell_s` in both directions, reversing at the ends of the travel;

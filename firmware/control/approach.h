@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Rate towards a target for a joint that can brake only so hard: proportional to the error close to it, further away
  * the rate from which the joint still stops in time. Without it, a proportional law overshoots as soon as it asks for
  * more deceleration than the joint may have: from kp * error > braking / kp on.

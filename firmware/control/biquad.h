@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Second-order filter section: low-pass and notch, by bilinear transform with prewarping at the named frequency.
  *
  *     y = (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2) x     (transposed direct form II)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which joint angle lasts longest. An azimuth that turns by more than one revolution between its end stops can look in
  * some directions with two angles, one revolution apart: +100 or -260 degrees within +-280. */
 #ifndef TRACKSERVO_CONTROL_CABLE_WRAP_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/current_loop.h"
 
 #include "base/scalar.h"

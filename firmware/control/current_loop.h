@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Current loop of one DC torque motor, at the PWM rate (20 kHz).
  *
  *     v = kp (i_ref - i) + integral + Ke w,   integral' = ki (i_ref - i)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* How old the camera's frames really are: their errors against the line of sight's own motion.
  *
  * A frame gives the target's place: the line of sight at exposure plus the error in the image. If the frame is older

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Velocity disturbance observer: estimates the load torque from the applied torque and the resulting rate.
  *
  *     d = Q(s) [ u - (J s + B) v ],   Q(s) = w / (s + w)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Friction feedforward: adds the expected seal friction to the torque before a rate error shows it.
  *
  * The friction model runs on the *intended joint rate*: the inertial rate set-point less the base's own rate.

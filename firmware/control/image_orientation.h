@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* How the camera's picture is turned against the line of sight: its roll, whether it is mirrored, and its scale.
  *
  * When the line of sight moves by s, a target at rest moves by -s in a right picture. In a picture that is turned and

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "control/line_of_sight.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Geometry of the line of sight on an azimuth stage that carries a pitch joint.
  *
  * Frames: the base has x forward, y to the left, z up. The azimuth psi turns the stage about z, the pitch theta raises

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Whether the loops of an axis are stable on its identified plant, and how far from -1 their Nyquist curves stay.
  *
  * The closed loop, sampled once per tick, is stable when its characteristic function has no zero outside the unit

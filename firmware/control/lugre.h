@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* LuGre friction of a seal or bearing, discretised for a fixed tick.
  *
  * Continuous model (paper eqs (1)-(3); Canudas de Wit et al. 1995):

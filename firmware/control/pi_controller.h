@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* PI controller with set-point weight and back-calculation anti-windup (Astrom & Hagglund, Advanced PID Control).
  *
  *     u = kp (b r - y) + i,   di/dt = ki (r - y) + w_t (u_limited - u)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tracking with both axes: from the camera's image errors to rates and accelerations of both joints.
  *
  * Seen from a turning camera a target on a straight path seems to curve: near the zenith the image rolls faster than

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Position loop: from an angle error to a rate set-point.
  *
  *     rate = rate_ff + sign(e) { kp |e|                        for |e| <= a/kp^2

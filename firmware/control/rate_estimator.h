@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Joint rate from an absolute encoder: the least-squares slope through the last N angles.
  *
  *     rate = sum_i w_i (angle_i - angle_newest) / dt,   w_i the end-point slope weights of N equidistant samples

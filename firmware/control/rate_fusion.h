@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Estimates the inertial rate that the speed loop controls and the base's rate that the friction model needs, from gyro
  * and encoder.
  *

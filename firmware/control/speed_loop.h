@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The speed loop of one axis: from encoder and gyro to a torque command, once per tick.
  *
  *     torque = PI(set-point, rate) + J * set-point acceleration + disturbance estimate + friction feedforward

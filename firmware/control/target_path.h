@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* How a target goes on while it is not followed: the angles of both joints that would point at it, over time.
  *
  *     straight    in space, at constant speed. In units of its range at the start, with w its angular rate, a its

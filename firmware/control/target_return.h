@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* When the line of sight will be back on a target that the joints cannot follow within their limits: near the zenith
  * the azimuth would have to turn faster than it may, and at the end of its travel it turns back by one revolution.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tracking loop of one axis: from the camera's pixel error (50 Hz, a frame old) to a rate set-point at 1 kHz.
  *
  * TRACKER_PI is the paper's loop (section IV.C, about 2 Hz): a PI on the error as it arrives, held between frames.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* One axis as a CiA 402 drive, in two halves of a ms.
  *
  *     before servo_axis_tick    inputs -> power state -> mode of operation -> servo_axis_command

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The set-point of the servo axis in this tick, from the CiA 402 targets and the mode of operation.
  *
  * Standard: CiA 402-2 / IEC 61800-7-201 clauses 7.2 (pp), 7.3 (pv), 7.5 (hm), 7.11 (csp), 7.12 (csv), 7.13 (cst) and

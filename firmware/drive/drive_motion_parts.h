@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the files of the drive's motion share; other rooms use drive_motion.h.
  *
  *     drive_motion.c         which mode runs, what every mode begins and ends with, experiments

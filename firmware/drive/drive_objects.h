@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The values of one axis that the bus can access, as plain integers in the units of CiA 402.
  *
  * Standard: CiA 402-2 v4.1 / IEC 61800-7-201, clauses 7 (modes) and 8 (objects); the index is beside each value. The

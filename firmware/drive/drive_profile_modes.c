@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "drive/drive_motion_parts.h"
 
 #define BLOCKED_RAD 2e-4f /* further than wind moves an axis that holds its position */

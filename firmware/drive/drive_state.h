@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The power state machine of one axis.
  *
  * Standard: CiA 402-2 v4.1 / IEC 61800-7-201, clauses 6.2 (states and transitions 0 .. 16), 8.4.1 (controlword 6040),

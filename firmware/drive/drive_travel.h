@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The travel that set-points may use, and how an axis comes to rest within it.
  *
  *     in force   607D, within the hard travel (2060:9, :10) less the stopping margin (2060:17) at either end

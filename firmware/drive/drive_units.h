@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Converts between the integers of CiA 402 and the angles, rates and torques of the control core.
  *
  * Position: 1e-7 rad <-> 2^-32 turn, unwrapped over many turns (2 pi 1e7 / 2^32 = 0.0146 counts per unit); velocity:

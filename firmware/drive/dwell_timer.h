@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A condition that is true only after it has held for a time: the windows of CiA 402.
  *
  * Standard: CiA 402-2 / IEC 61800-7-201 objects 6065/6066 (following error), 6067/6068 (position window), 606D/606E

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* When the holding brake of one axis is released: while torque stands, and at no other time.
  *
  *     loop closes -> coil on -> release time -> the axis may move

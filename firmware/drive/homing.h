@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Homing, mode of operation 6: finds the turn of an axis whose encoder knows one turn only. One step per ms, outside of
  * the tick.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Set-points that arrive every few ms (csp, csv), made continuous in each tick.
  *
  *     rate:      a straight line to the new set-point, one interpolation period (60C2) long

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Ramps with limited rate, acceleration and jerk: to a rate (pv, stops), or over a distance (pp).
  *
  *     to a rate         jerk +-j until the acceleration meets its limit, hold, jerk back to 0; in closed form

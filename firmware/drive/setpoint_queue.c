@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "drive/setpoint_queue.h"
 
 #include "drive/drive_state.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The set-point handshake of profile position mode: one active set-point, one waiting.
  *
  * Standard: CiA 402-2 / IEC 61800-7-201 clause 7.2.3 (controlword bits 4 new set-point, 5 change immediately,

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/axis_monitor.h"
 
 #include <math.h>

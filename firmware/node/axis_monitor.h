@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Protection of one axis within the node: collects the inputs of the detection and keeps the history of the fault
  * log. */
 #ifndef TRACKSERVO_NODE_AXIS_MONITOR_H

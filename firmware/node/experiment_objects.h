@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Experiments on the bus: 0x2100 (pitch 0x2900) sets one up, starts it and monitors it.
  *
  * The set-up objects are plain values in the units of commissioning/stimulus.h; "start" checks them together. A start

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Faults of an axis that are still to be reported to the bus and the fault log.
  *
  * An axis enters one fault and stays in it until the reset. Meanwhile others may occur, independent of the first or

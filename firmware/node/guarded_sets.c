@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/guarded_sets.h"
 
 enum { BUILT, ACTIVE, LIMITS, BLOCKS_PER_AXIS };

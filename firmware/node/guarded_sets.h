@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The values that the tick uses, and that must not change by themselves: of each axis its parameters as built, its
  * active gains and its limits, and the scales of the board.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/moving_base.h"
 
 #include "base/scalar.h"

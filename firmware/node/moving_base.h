@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The base's rates in the node: from the messages on the bus to what each axis adds to its rate.
  *
  * Every MOVING_BASE_TICKS an axis gets the rate of so many ticks later, and goes there in equal steps, so that messages

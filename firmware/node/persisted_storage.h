@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Storage of the persisted objects: the values after a reset, in RAM, and behind them the parameter store in flash.
  *
  *     0x1010, 0x1011 -> next set -> rows -> parameter_store, step by step in the background -> `stored`

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/recorded_tick.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Inputs and outputs of an axis in the last tick, for recording over the bus: 0x2101 (pitch 0x2901).
  *
  * All values are of one tick and are sent together in the next one, so three TPDOs of 8 bytes carry every tick:

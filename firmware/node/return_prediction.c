@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/return_prediction.h"
 
 #include "base/scalar.h"

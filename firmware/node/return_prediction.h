@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Predictions of the target's return (control/target_return.h), one after the other while the target is too fast for
  * the axes, outside of their travel, or met again by a turn back. Between two of them, and after the last one, the time
  * counts down. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A number that shows whether two devices have the same dictionary: index, sub-index, type, access, limits and default
  * of every object, in order; not the texts, which a board does not have. Tools compare it with the number in
  * parameters.json instead of version strings. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The scope on the bus: 0x3000 sets it up and arms it, 0x3001 is the capture as a DOMAIN.
  *
  * Set-up objects are plain values; the command "arm" checks them together and refuses a set-up that does not fit with

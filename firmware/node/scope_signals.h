@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The signals that the scope can record, by number: their place in the node, and their name on the bus. */
 #ifndef TRACKSERVO_NODE_SCOPE_SIGNALS_H
 #define TRACKSERVO_NODE_SCOPE_SIGNALS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The servo on the bus: a CANopen node with two CiA 402 axes around the servo core.
  *
  *     servo_node_tick     RPDO -> samples -> protection -> drive (CiA 402) -> servo_board -> set-points of the motors

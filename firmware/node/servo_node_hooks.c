@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/servo_node_parts.h"
 
 static bool is_option(uint16_t index) { return index >= 0x605A && index <= 0x605E; }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the files of the servo node share; other rooms use servo_node.h.
  *
  *     servo_node.c          the tick, and what follows it

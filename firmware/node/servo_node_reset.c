@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/node_objects.h"
 #include "node/servo_node_parts.h"
 

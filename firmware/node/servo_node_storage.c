@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/objects/drive_dictionary.h"
 #include "node/schema_hash.h"
 #include "node/servo_node_parts.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tracking in the node: camera frames from the bus to the targets of the drives in mode -1.
  *
  *     one axis in mode -1     the tracking loop of this axis (2011) on the error of its joint (servo/joint_tracking.h)

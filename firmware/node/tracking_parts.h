@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the files of tracking share; other rooms use tracking.h.
  *
  *     tracking.c          from the frames to what the drives follow

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/turn_back.h"
 
 #include "base/scalar.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* At the end of its travel the azimuth turns back by one revolution and meets the target with the other joint angle
  * (docs/decisions/0044-cable-wrap.md).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/waiting_stops.h"
 
 #include "drive/drive_state.h"

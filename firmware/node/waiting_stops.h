@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Controlwords that stop, from frames that cannot wait: too short, replaced before a SYNC, or dropped from a full
  * queue. Each takes effect in a tick of its own, after the controlword that was written before it. */
 #ifndef TRACKSERVO_NODE_WAITING_STOPS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The rows of one axis' parameters in the object dictionary: index, limits, default, unit, text.
  *
  * The offsets point into `axis_tuning`: gains into its staged set, 0x2070 into its state. The table serves both axes,

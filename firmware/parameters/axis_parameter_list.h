@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The one list of an axis' parameters: a row for each value that people set, in the order of the object dictionary.
  *
  * From these rows come the struct `axis_parameters`, the rows of the object dictionary (with EDS, parameters.json and

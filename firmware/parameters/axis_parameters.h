@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The parameters of one axis as users set them: plain numbers in SI units, members of one struct.
  *
  * `axis_parameter_list.h` has a row for every member: from it comes this struct, and its dictionary, index, limits,

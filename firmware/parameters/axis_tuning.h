@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Gains are set as a whole: staged by writes, checked together, applied between two ticks, and reversible.
  *
  * The object dictionary writes into `staged` only. `apply` builds the staged set. Either the whole set takes effect

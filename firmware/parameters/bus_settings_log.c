@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "parameters/bus_settings_log.h"
 
 #include "base/crc32.h"

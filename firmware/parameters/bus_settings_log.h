@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Node id and bit rate in flash: a log of double words in two pages of its own; the newest entry is valid.
  *
  *     node id, index of the bit rate, sequence number (16 bits) | CRC-32 of these four bytes

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Whether the feedforwards of a set fit the axis: they act without a rate error, so the check of the loops says nothing
  * about them, and a value that is much too large takes the whole torque of the motor from the loop.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A parameter set in flash that survives a loss of power at any time.
  *
  * Two areas of a few pages each hold a log of records, each at the beginning of a page:

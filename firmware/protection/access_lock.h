@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The lock of dangerous parameters: they can be written only through a channel that has opened it.
  *
  * CAN does not say who sent a frame, but the node has two SDO channels (docs/decisions/0019, 0032): a client opens the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Monitors one axis once per tick: finds the active faults from the sensors and from the motor commands. It only
  * detects; the drive reacts as `fault_table` says.
  *

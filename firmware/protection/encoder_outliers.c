@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "protection/encoder_outliers.h"
 
 #include "base/scalar.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Names an encoder that is wrong in some ticks only: a reading that is one tick old, a bit that flips.
  *
  *     e = change of the encoder's increment - change of the gyro's rate dt

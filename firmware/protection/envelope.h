@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The envelope of one axis: how fast it may be towards each end of its hard travel, and the braking that keeps it so.
  *
  *     allowed    T v + (1.03 v)^2 / (2 a) <= distance to the end of the hard travel in the direction of v

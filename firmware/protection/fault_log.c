@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "protection/fault_log.h"
 
 #include <stddef.h>

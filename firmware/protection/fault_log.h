@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The last faults of the axes and the board, each with the samples of its axis in the ticks before it.
  *
  * Object 0x3020 (node/objects/fault_objects.c). In RAM: survives a reset of the node, but not a loss of power. */

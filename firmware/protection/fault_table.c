@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "protection/fault_table.h"
 
 #include "base/error_register.h"

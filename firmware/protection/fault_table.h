@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Every fault of the servo: its number, its code on the bus, its detection time, the reaction.
  *
  * One table for all: detection (axis_protection, the node, the board) uses these numbers, the drive takes the reaction

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "protection/fault_texts.h"
 
 #define LIMIT(sub_) (UINT64_C(1) << (sub_))

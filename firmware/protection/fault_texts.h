@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Texts of each fault for people: how it is detected, causes, what to check, remedies, how it is cleared.
  *
  * The other half of `fault_table`, row by row; faults.json and docs/faults.md are printed from both

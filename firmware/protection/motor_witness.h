@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The motor as the third witness beside encoder and gyro: its back-EMF contradicts them when both err in the same way.
  *
  *     u - L di/dt = R i + Ke w        u, i: means of one tick; w: the joint rate that the encoder shows

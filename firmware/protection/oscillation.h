@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Finds a loop that shakes its axis, once per tick: oscillation that the motor itself sustains.
  *
  * Two signals are divided into swings, from one turning point to the next:

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The one list of the limits that protect an axis: a row for each, in the order of object 0x2060.
  *
  * From these rows come the struct `protection_limits`, the rows of the object dictionary (with EDS, parameters.json and

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "protection/sensor_drift.h"
 
 #include "base/scalar.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* On a base that does not turn, encoder and gyro show the same angle in the long run: finds what is too slow for
  * 2060:2, a gyro bias or an encoder that creeps.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "protection/slow_monitors.h"
 
 #include "base/scalar.h"

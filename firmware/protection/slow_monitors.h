@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Monitors of one axis that need many ticks anyway: drift of the sensors against each other, standstill, direction,
  * reduced speed. They run in the deferred task, so they cost the tick nothing.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Standstill, as a monitor (like SOS of IEC 61800-5-2; no safety integrity level is claimed): an axis whose loops are
  * closed and that nobody commands to move stays where it is.
  *

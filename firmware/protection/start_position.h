@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which turn an axis is in, as far as an encoder of one turn and the travel of the machine determine it.
  *
  *     candidates    all whole k with   minimum - margin <= lowest count + 2 pi k,   highest count + 2 pi k <= maximum +

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "servo/base_rates.h"
 
 #include "base/scalar.h"

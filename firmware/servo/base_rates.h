@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The base's rates, as an inertial sensor of the vehicle or ship sends them, and what they add to the inertial rate of
  * an axis whose own sensors do not see all that moves the line of sight.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The camera's delay while both axes track: measured from the frames, reported, and corrected if that is allowed.
  *
  *     in the tick        camera_delay_age, camera_delay_notice for each frame

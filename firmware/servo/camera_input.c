@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "servo/camera_input.h"
 
 #include "base/scalar.h"

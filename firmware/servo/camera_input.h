@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Frames of an image processor, as they arrive over the bus: which of them count, and how old they are.
  *
  *     message (counts, time, quality, counter) -> counter, quality, time -> scale, sensor roll, boresight -> frame

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "servo/exposure_clock.h"
 
 enum { US_PER_STAMP = 10, SMALLEST_JUMP = CAMERA_TIMES_PER_TICK / 2 };

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The node's clock (1013, us) against which an image processor stamps its exposures, and the age of such a stamp.
  *
  *     1013 = machine's clock + offset_us          set by a time producer or a client

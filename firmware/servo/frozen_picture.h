@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A picture that is sent again and again as if it were new, or a spot on the sensor that is taken for the target: the
  * counter advances, the target's place in the picture does not, and the axes move after it. Each axis of the picture is
  * judged for itself.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Each joint follows the target by itself, with the tracking loop of one axis (control/target_tracker.h): for an axis
  * that tracks alone, and for the paper's loop. servo/pointing.h is the way of both axes together.
  *

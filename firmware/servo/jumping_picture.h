@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Frames that contradict each other: from one to the next the target jumps further than any target moves, and back.
  *
  * The tracking loop takes the mean of such errors. If they do not answer the axes' motion, as those of an image

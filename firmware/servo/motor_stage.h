@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The motor stage of one axis: from what a tick commands to the duty of each PWM period.
  *
  *     tick (1 kHz)         motor_stage_hand_over

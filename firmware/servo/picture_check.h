@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Whether the picture shows the target where it is: a camera mounted upside down, or an image processor that mirrors,
  * makes the tracking loop a positive feedback.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Both axes together hold a target in the camera's image: from a frame to the set-points of both speed loops, once per
  * tick.
  *

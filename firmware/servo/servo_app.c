@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "servo/servo_app.h"
 
 #include "base/scalar.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The control core as one value: both axes and their parameters.
  *
  * `servo_app_tick` runs once per millisecond and touches no hardware. servo_board.h puts it between sensors and

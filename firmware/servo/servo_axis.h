@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* One servo axis: from its sensor samples to the current set-point of its motor, once per 1 ms tick.
  *
  *     sense -> choose the set-point (speed or position) -> speed loop -> current set-point

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "servo/servo_board.h"
 
 static void read_samples(hal *machine, servo_samples *samples) {

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The servo on a machine: the only place where the control core meets the HAL.
  *
  *     tick         hal_sample, hal_bus_voltage_v -> servo_app_tick -> motor_stage_hand_over, hal_power_bridge

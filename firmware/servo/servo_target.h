@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What is known of the camera's target, and how an axis would follow it: from the block that tracks (node/tracking.h)
  * to the drive, which limits it as it limits every set-point. */
 #ifndef TRACKSERVO_SERVO_SERVO_TARGET_H

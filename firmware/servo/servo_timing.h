@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The clock of the servo, the same on every machine. */
 #ifndef TRACKSERVO_SERVO_SERVO_TIMING_H
 #define TRACKSERVO_SERVO_SERVO_TIMING_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Frames that have nothing to do with those around them: a bird, a reflection, a flash. One of them would count in
  * full: the axes would start after it.
  *

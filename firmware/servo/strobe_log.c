@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "servo/strobe_log.h"
 
 enum { US_PER_TIME = 10, HALF_COUNTERS = 128 };

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The camera's strobe: edges that the machine has captured, and which of them is the exposure of a frame.
  *
  * A frame belongs to an edge if

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "hal_host.h"
 
 void hal_sample(hal *machine, int axis, hal_axis_samples *samples) { machine->sample(machine->machine, axis, samples); }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The HAL of a simulated machine: a table of functions that a simulator fills in.
  *
  * One `struct hal` is one machine, so thousands of them run side by side in one process. Every pointer must be set. */

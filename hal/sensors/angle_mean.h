@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Mean of a few angles in 2^-32 turn that lie within half a turn of each other, around the wrap. */
 #ifndef TRACKSERVO_SENSORS_ANGLE_MEAN_H
 #define TRACKSERVO_SENSORS_ANGLE_MEAN_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* One answer of a BiSS-C encoder, read by an SPI master that clocked a fixed number of bytes.
  *
  *     1 .. 1 | 0 .. 0 | 1 | 0 | position, 26 bits | error | warning | CRC, 6 bits | 0 ..

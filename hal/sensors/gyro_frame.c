@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sensors/gyro_frame.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Finds frames of a fibre-optic gyro of the KVH 1750 / 1760 series, format A, in a stream of bytes.
  *
  *     FE 81 FF 55 | rate x, y, z, acceleration x, y, z: float32 | status | sequence | temperature: int16 | CRC-32

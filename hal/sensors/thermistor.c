@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "sensors/thermistor.h"
 
 #define COLDEST_CELSIUS (-20.0f)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Temperature from a 10 kOhm NTC (B25/85 = 3435 K) to ground with 10 kOhm to the ADC's reference, 12 bit.
  *
  *     counts = 4096 R / (R + R25),  R = R25 exp(B (1 / T - 1 / T25))

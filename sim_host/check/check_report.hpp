@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All results of a check, as its outputs need them.
 #ifndef TRACKSERVO_SIM_CHECK_CHECK_REPORT_HPP
 #define TRACKSERVO_SIM_CHECK_CHECK_REPORT_HPP

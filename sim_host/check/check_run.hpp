@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The runs of a check: every scenario, case and seed, and the margins of the speed loops.
 //
 // Speed scenarios are driven through the whole device (node, drive, protection, servo core). Tracking, which no CiA 402

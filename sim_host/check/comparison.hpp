@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What got better or worse since an earlier run, by more than the scatter of the seeds.
 //
 // With the same seeds, runs are compared in pairs: wind and noise are the same, so only the change remains. A figure

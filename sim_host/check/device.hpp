@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a check drives: the servo's node on a simulated machine, accessed through its objects as a master would.
 //
 // Implemented by HostDevice (the firmware compiled into this program) and by the emulated board with an image on it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Drives a device through one case of a speed scenario, and records the true motion of the machine.
 #ifndef TRACKSERVO_SIM_CHECK_DRIVE_CASE_HPP
 #define TRACKSERVO_SIM_CHECK_DRIVE_CASE_HPP

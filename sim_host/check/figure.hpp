@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One figure of a check over all seeds: "steady_speed, 0.1 deg/s, azimuth: rms_error_deg_s".
 #ifndef TRACKSERVO_SIM_CHECK_FIGURE_HPP
 #define TRACKSERVO_SIM_CHECK_FIGURE_HPP

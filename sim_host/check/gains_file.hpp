@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A gains file: TOML, as `servoctl save` writes it and `servoctl restore` sends it to a device.
 //
 // Every name and value is checked against the firmware's own object dictionary; the table [device] is not read. The

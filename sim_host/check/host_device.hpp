@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The firmware compiled into this program, on the simulated machine, with the start gains of a device.
 #ifndef TRACKSERVO_SIM_CHECK_HOST_DEVICE_HPP
 #define TRACKSERVO_SIM_CHECK_HOST_DEVICE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The result as JUnit XML: a test suite per scenario, a test case per figure that has a limit; the comparison with the
 // baseline is a suite of its own.
 #include <fmt/format.h>

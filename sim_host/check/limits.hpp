@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limits of a check: a TOML file with a maximum or a minimum per scenario, case, axis and figure.
 //
 //     [steady_speed."0.1 deg/s".azimuth]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Margins of the speed loops: they show a wrong gain before it is visible above the noise of a run.
 //
 // Computed from the gains and the plant's numbers, without noise; and measured on the simulated machine with the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The result as one HTML page that opens without a network: verdict, missed limits, changes, every figure with its
 // limits as a bar.
 #include <fmt/format.h>

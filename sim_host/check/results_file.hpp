@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // results.json of a check: every figure with its value for each seed. The format is described in docs/ci.md.
 #ifndef TRACKSERVO_SIM_CHECK_RESULTS_FILE_HPP
 #define TRACKSERVO_SIM_CHECK_RESULTS_FILE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which figures meet their limits.
 #ifndef TRACKSERVO_SIM_CHECK_VERDICT_HPP
 #define TRACKSERVO_SIM_CHECK_VERDICT_HPP

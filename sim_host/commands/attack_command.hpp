@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command that attacks the drive with legal writes.
 #ifndef TRACKSERVO_SIM_COMMANDS_ATTACK_COMMAND_HPP
 #define TRACKSERVO_SIM_COMMANDS_ATTACK_COMMAND_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program with the emulated board in it: emulate_board, which has the commands `check` and `serve` as sim_host has.
 #ifndef TRACKSERVO_SIM_COMMANDS_BOARD_PROGRAM_HPP
 #define TRACKSERVO_SIM_COMMANDS_BOARD_PROGRAM_HPP

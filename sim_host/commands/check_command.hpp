@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sim_host check: does the firmware still meet its limits on this plant? Exit code 0: met, 1: not met, 2: wrong input.
 //
 // The same command serves sim_host, whose device is the firmware compiled into it, and emulate_board, whose device is

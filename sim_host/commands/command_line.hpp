@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the commands of sim_host share: warnings, progress, checks of arguments.
 #ifndef TRACKSERVO_SIM_COMMANDS_COMMAND_LINE_HPP
 #define TRACKSERVO_SIM_COMMANDS_COMMAND_LINE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `identify design`: gains from result.json, requirements and the device's parameters.
 #ifndef TRACKSERVO_SIM_COMMANDS_DESIGN_COMMAND_HPP
 #define TRACKSERVO_SIM_COMMANDS_DESIGN_COMMAND_HPP

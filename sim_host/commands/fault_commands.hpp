@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `sim_host faults` and `sim_host soak`.
 #ifndef TRACKSERVO_SIM_COMMANDS_FAULT_COMMANDS_HPP
 #define TRACKSERVO_SIM_COMMANDS_FAULT_COMMANDS_HPP

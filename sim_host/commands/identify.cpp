@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // identify: friction and plant from recorded runs.
 //
 //   identify fit RECORDING.csv [--structure RECORDING.csv] [--json FILE] [--residuals FILE]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The files that a command writes. None replaces a file that exists unless --overwrite asks for it, and none replaces
 // what the same command reads, named or by default.
 #ifndef TRACKSERVO_SIM_COMMANDS_OUTPUT_FILES_HPP

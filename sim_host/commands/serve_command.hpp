@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sim_host serve: a device as a CANopen node on a bus for clients, until SIGINT or SIGTERM comes.
 //
 // The same command serves sim_host, whose device is the firmware compiled into it, and emulate_board, whose device is

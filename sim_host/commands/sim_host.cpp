@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sim_host: the simulated tracker on the command line.
 //
 //   sim_host run --plant FILE --scenario FILE --controller NAME --seed N --csv FILE

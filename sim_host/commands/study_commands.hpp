@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The commands of sim_host that run many machines and write the results.
 #ifndef TRACKSERVO_SIM_COMMANDS_STUDY_COMMANDS_HPP
 #define TRACKSERVO_SIM_COMMANDS_STUDY_COMMANDS_HPP

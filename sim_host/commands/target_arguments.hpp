@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The options of a command that serves a machine with a target in front of it.
 #ifndef TRACKSERVO_SIM_COMMANDS_TARGET_ARGUMENTS_HPP
 #define TRACKSERVO_SIM_COMMANDS_TARGET_ARGUMENTS_HPP

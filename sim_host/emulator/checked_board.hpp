@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Devices for `check --image`: the image of the board on the emulated board, driven over CAN alone, as a master would.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHECKED_BOARD_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHECKED_BOARD_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The commands of sim_host whose device is the board: emulated register by register, it runs the image to be flashed,
 // before there is a board.
 //

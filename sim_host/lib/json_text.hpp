@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // JSON in the text files of users.
 #ifndef TRACKSERVO_JSON_TEXT_HPP
 #define TRACKSERVO_JSON_TEXT_HPP

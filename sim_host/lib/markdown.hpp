@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the generated pages of the documentation have in common.
 #ifndef TRACKSERVO_MARKDOWN_HPP
 #define TRACKSERVO_MARKDOWN_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Text files of users, as editors and spreadsheets on Windows, macOS and Linux write them.
 #ifndef TRACKSERVO_TEXT_FILE_HPP
 #define TRACKSERVO_TEXT_FILE_HPP

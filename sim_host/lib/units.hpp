@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tick of the servo, pi and the degree, once for the libraries, the simulator and their tests.
 #ifndef TRACKSERVO_UNITS_HPP
 #define TRACKSERVO_UNITS_HPP

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A bench for one test device: frames in, frames out, and time.
  *
  * Sent frames go into a log; with `bus_full` the bus refuses them. Include it once, in a test with Unity. */

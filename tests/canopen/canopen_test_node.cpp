@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A test device on a virtual bus for TCP clients, in real time.
 //
 // Prints "slcan-tcp:127.0.0.1:PORT" on a line of its own and runs until its standard input ends. For the python-canopen

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A test node on a bus of its own for each test, and python-canopen clients on that bus.
 
 CANOPEN_TEST_NODE and PRINT_TEST_EDS name the two programs; CTest sets them.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Prints the EDS of the test device, or with --json its parameters.json.
 #include <cstdio>
 #include <string>

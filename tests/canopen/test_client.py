@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """python-canopen, a client without knowledge of this node, uses it."""
 
 import math

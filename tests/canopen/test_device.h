@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A CANopen device for the tests: every data type, both kinds of refusal, streams, and two little axes.
  *
  * Not part of any product. The unit tests drive it directly, canopen_test_node puts it on a bus for python-canopen,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """tools/test --changed: which steps a change selects, and since when it counts. The lists are those of tools/lib/changed.sh."""
 
 from __future__ import annotations

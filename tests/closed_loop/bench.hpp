@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bench of the closed-loop tests: shipped plants and scenarios, and the mean of a figure over seeds that no report
 // uses. Tests run in the project's folder.
 #ifndef TRACKSERVO_TESTS_CLOSED_LOOP_BENCH_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The device's experiments on the simulated tracker: they record the firmware's signals, and limits hold.
 #include <algorithm>
 #include <cmath>

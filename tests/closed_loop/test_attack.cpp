@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random legal writes to moving axes do no harm. `tools/test attack` runs 5,000 seeds, `sim_host attack` any, and
 // replays one.
 #include <cstdio>

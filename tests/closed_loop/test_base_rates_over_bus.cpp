@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The base's rates in the running node: a ship rolls, pitches and yaws under a target that stands, off to the side and
 // high, so that every rate has its part in both axes. An inertial sensor on the base sends its rates over CAN.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A target that flies 1.5 turns round the tracker, whose azimuth turns by +-280 degrees: at the end of the travel it
 // stands, or turns back by one revolution (3075:2) and meets the target again. The running node, with wind, friction
 // and noise of the plant, limits as delivered. The program prints how long the target was lost beside the time-optimal

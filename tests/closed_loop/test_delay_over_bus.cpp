@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The delay of the camera's frames, measured by the node while it tracks: the paper's fly-by (from twice as far, so
 // that it lasts for three minutes), with wind, friction and noise of the plant. The image processor does not know its
 // own delay. The program prints what the node found.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast an axis can reach its end stop: legal objects, written while it moves at full speed shortly before the end
 // of its travel, with default limits and without opening the lock; and a start in an unknown turn.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every fault injection: the firmware must detect it in time, react as its table says, and meet its requirements.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The axes leave mode -1 in the paper's fly-by, move in another mode, and come back to their target: without a jump of
 // the torque, and within half a second.
 #include <algorithm>

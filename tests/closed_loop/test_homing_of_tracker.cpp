@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Homing of the tracker's azimuth, +-280 degrees with an encoder of one turn: wind, friction, noise and elastic end
 // stops.
 #include <fmt/format.h>

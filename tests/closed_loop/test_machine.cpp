@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole machine with the firmware behind the HAL: properties of every experiment.
 #include <cmath>
 #include <cstdio>

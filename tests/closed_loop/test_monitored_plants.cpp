@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // No monitor of the device trips on a machine that is in order; `sim_host soak --random-plants 1000` tries more.
 #include "studies/random_plants/monitored_plants.hpp"
 

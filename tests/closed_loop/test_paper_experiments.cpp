@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's experiments as regressions: the baseline must stay at the paper's values, the result at ours.
 #include <algorithm>
 #include <cmath>

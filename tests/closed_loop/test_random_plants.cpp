@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gains for one machine on others of its type: some here, a thousand in `sim_host random-plants`.
 #include "studies/random_plants/random_plants.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random plants in pieces: interrupted and continued, or on several machines, they give the results of one run.
 #include "studies/random_plants/random_plants_log.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A target that the axes cannot follow within their limits: how long it is lost beside the time-optimal plan, and when
 // the line of sight will be back as 3075:1 says. Straight passes at 20 m/s in the running node, with wind, friction and
 // noise of the plant, limits and coasting time as delivered and with 6083 = 5 rad/s2. The program prints what happened.

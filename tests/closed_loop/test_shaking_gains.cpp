@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gains that make the axis shake: the oscillation monitor takes them back in time, and it does so for no other reason.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cost of bandwidth: every controller keeps 6 dB and 40 degrees, and the machine confirms the calculation.
 #include <cmath>
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera's strobe in the running node: a sender that states an age wrong by 10 ms, and a strobe line with noise and
 // missing edges, and a bus that loses frames.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The oscillation monitor in mode -1: a target may swing and jump, and the axes with it; a loop that shakes its axis is
 // found in spite of the target.
 #include <fmt/format.h>

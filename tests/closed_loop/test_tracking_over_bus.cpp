@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tracking in the running node: the camera's frames come as PDOs, and both axes are in mode -1. It must be as good as
 // in sim_host run, which hands the frames over without a bus. The program prints both; `sim_host node-tracking` has
 // more seeds.

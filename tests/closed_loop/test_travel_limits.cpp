@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moves towards the hard end of the travel (0x2060:9, :10), in every mode, at every speed, in wind: they must end
 // inside, reported by statusword bit 11, and never in fault 8612.
 #include <fmt/format.h>

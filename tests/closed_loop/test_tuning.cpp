@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gains are changed while the axis turns: the torque must not jump in the tick of the change, and the speed must stay
 // in its band. Two machines of one seed run side by side, equal bit for bit until one of them is retuned.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera that is mounted upside down, turned or mirrored makes tracking a positive feedback: the node finds it by the
 // motion of its own axes, stops, and says so (3072:9). A right picture is never taken for a wrong one. Where the target
 // leaves the picture before its place has told anything, the axes stop because it is lost.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A base that turns: isolation against the linear loop of the textbook, the line of sight while tracking, and the
 // azimuth's margins over the pitch.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults that encoder and gyro have in common, and others that no single sensor shows: each is detected, and speed and
 // travel stay within the figures of docs/theory.md. The program prints the measured figures.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The programs under test, and their exit code for wrong input."""
 
 import os

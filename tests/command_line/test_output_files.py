@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """No option of sim_host or identify that names a file to write replaces one that exists, unless --overwrite asks for it,
 and none replaces what the same command reads, named or by default."""
 

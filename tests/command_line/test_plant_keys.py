@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every number of a plant file at its minimum and its maximum and at the decades between: the result is a good run, or
 one sentence that names the number. SIM_HOST names the program; PLANTS the folder of the shipped plants."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`sim_host random-plants` in pieces: with identified axes from a file, a log of its plants, and logs of several runs."""
 
 import json

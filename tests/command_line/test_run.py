@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`sim_host run` prints its assumptions, and a meaningless run has its own exit code."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Text files in the forms that editors and spreadsheets write: sim_host and identify say of each what they say of the plain
 one, with the same line."""
 

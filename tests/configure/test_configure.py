@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Configuring with a missing part: one helpful sentence, and the part is used once it is installed."""
 
 import os

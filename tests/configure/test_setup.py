@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """tools/setup on machines where something is missing; apt and dpkg are stand-ins."""
 
 import os

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Passes to the servo core what record_core has recorded on another machine, and compares the results bit for bit. */
 #ifndef TRACKSERVO_TESTS_CORTEX_M4_CORE_REPLAY_H
 #define TRACKSERVO_TESTS_CORTEX_M4_CORE_REPLAY_H

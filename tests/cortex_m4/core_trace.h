@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The inputs and outputs of the servo core as a sequence of 32-bit words, so that another machine can be checked for
  * the same bits.
  *

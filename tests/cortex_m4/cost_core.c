@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cost_core TRACE...: instructions of the servo core's parts over the traces, as a table; ends with 1 when one of them
  * exceeds its limit.
  *

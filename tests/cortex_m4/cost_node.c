@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* cost_node: instructions of the whole 1 kHz task of both axes, servo_node_tick, on a full bus, and of the deferred
  * task after it. It ends with 1 when one of them exceeds its limit. The deferred task may take longer: it only has to
  * end before the next tick, and with 10,000 instructions it takes about a tenth of the millisecond.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Instructions of each run of a part: the median, the maximum, and the limit. */
 #ifndef TRACKSERVO_TESTS_CORTEX_M4_COST_TABLE_H
 #define TRACKSERVO_TESTS_CORTEX_M4_COST_TABLE_H

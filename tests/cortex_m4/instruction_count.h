@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Instructions that the emulated core has executed, to the last one.
  *
  * With QEMU's `-icount shift=10` each instruction takes 2^10 ns, in which the SysTick counter of this machine's 25 MHz

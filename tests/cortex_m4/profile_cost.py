@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Distribution of the instructions of the 1 kHz task: cost_node, executed by Unicorn.
 
     build/venv/bin/python tests/cortex_m4/profile_cost.py [IMAGE] [--mode 'cyclic velocity'] [--entry NAME]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // record_core FOLDER: runs 20 s of each experiment, both axes with everything on, and writes inputs and outputs of the
 // servo core as FOLDER/EXPERIMENT.trace, for replay_core on another machine.
 //

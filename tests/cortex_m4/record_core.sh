@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Usage: record_core.sh FOLDER
 # Builds the host's record_core when it is out of date, and lets it write the traces into FOLDER.
 set -euo pipefail

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* replay_core TRACE [NAME]: see core_replay.h. Ends with 1 unless all bits are the same. */
 #include <limits.h>
 #include <stdio.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Usage: test_library_calls.sh READELF ARCHIVE...
 # The firmware's archives may call only functions that give the same bits everywhere and cost little: no function of the
 # C library with its own rounding (expf, sinf), no arithmetic in double, no heap.

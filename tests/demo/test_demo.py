@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Output of ./tools/demo without a terminal: what is under way is said while it lasts, and a failed build ends it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One axis of the node by SDO alone; pitch is azimuth 0x800 higher."""
 
 import math

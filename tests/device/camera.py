@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A camera of this computer: its frames reach the node by RPDO4, as in docs/can.md."""
 
 import struct

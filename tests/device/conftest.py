@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The device and its master, one of each for all tests of a process; each test begins with a reset of the node.
 
 --device selects the servo (device.py), --bus the bus: slcan-tcp:0 or, where it exists, socketcan:vcan0.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The servo that the tests talk to: the simulator (`sim`), or the image on the emulated board (`image`).
 
 SIM_HOST, EMULATE_BOARD and TARGET_IMAGE name the programs and the image, NODE_DESCRIPTIONS the folder of the EDS. CTest

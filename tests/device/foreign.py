@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clients of other projects as they are, with their own time-outs, each in a process of its own.
 
 Their time-outs are of the computer's clock. On a busy computer the node is slower than that: such a try says nothing.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A CANopen master with the node in its network: python-canopen with longer time-outs, and the frames that it receives.
 
 Time is the node's: object 3010:1 counts its ms. The computer's clock only ends a test whose node has died.

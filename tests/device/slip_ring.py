@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The azimuth of a tracker with a slip ring: no end stops, and a position that wraps at 32 turns (607B)."""
 
 import contextlib

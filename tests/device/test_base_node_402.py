@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """python-canopen's BaseNode402, unmodified, with the EDS that the build prints. On SLCAN and on SocketCAN."""
 
 import pytest

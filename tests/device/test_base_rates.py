@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An inertial sensor on the base sends its rates by RPDO3: an azimuth without a gyro holds its direction on a base that yaws.
 
 The base of these devices stands. So the azimuth turns by what it would turn against a base that moves."""

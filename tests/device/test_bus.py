@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A full bus leaves the axis alone: foreign frames, and frames on the node's own identifiers that mean nothing."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The azimuth follows a target of this computer's camera: what the frames do, over the bus."""
 
 import struct

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node's printed descriptions match its behaviour."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """CiA 402: the power state machine by SDO and by PDO, stops and halt, with the masks of python-canopen's own profile."""
 
 import struct

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Experiments (0x2100) as a client starts and monitors them: on the axis, within limits, ended by any error."""
 
 import struct

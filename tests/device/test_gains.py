@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gains are staged, checked together and applied as a whole; a refused set changes nothing."""
 
 import math

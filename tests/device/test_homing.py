@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Homing of an axis in an unknown turn, with python-canopen's own homing()."""
 
 import math

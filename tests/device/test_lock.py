@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The lock of guarded values (3040): open for one channel, closed while an axis has torque, with a word of the owner."""
 
 import struct

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """LSS (CiA 305) from python-canopen's master, unmodified: to the device, which has its id, and to simulators without."""
 
 import pytest

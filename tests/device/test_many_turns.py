@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An axis without end stops beyond the range of its position: the encoder says where it is, 6064 by whole turns."""
 
 import struct

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Both axes in every mode of operation, by SDO; set-points of cyclic modes by PDO."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """NMT, boot-up and heartbeat (1016h, 1017h)."""
 
 import pytest

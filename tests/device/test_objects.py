@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Identity, emergency, objects of CiA 301 (1000h to 1018h) and the drives' own objects."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """PDO (1400h to 1A07h) and SYNC (1005h, 1006h, 1019h)."""
 
 import struct

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random sequences of set-points in pp against a model of CiA 402: targets, statusword bits 10 to 13, and motion."""
 
 import datetime

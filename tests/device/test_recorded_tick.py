@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every tick of an axis over three PDOs (0x2101): complete, in order, and consistent with the other objects."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Effects of a reset: a moving axis stops, commands are gone, stored values are back, and a fault is reported again."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/ros2/bus.yml: its values are those of the device, which accepts dcfgen's output for it and runs by it.
 
 ROS 2 itself is not needed: its build makes the same two steps, cogen and dcfgen.

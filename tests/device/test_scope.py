@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A capture of the scope comes over the bus bit for bit, whichever method reads it. On SLCAN and on SocketCAN."""
 
 import struct

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SDO server (1200h): expedited, segmented and block transfer, and every kind of refusal."""
 
 import struct

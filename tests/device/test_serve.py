@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command `sim_host serve` itself: several ends on one bus, the pace of time, and its refusals."""
 
 import contextlib

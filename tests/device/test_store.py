@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stored values survive a loss of power: the device starts again with the same --flash file."""
 
 import contextlib

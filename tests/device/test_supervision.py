@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the node does when its master falls silent: 6007, and the heartbeat consumer 1016."""
 
 import json

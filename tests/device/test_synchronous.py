@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A master like ros2_canopen: boots the node by SDO, maps all its objects into synchronous PDOs, and drives both axes
 by them.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """sim_host serve --target: a target before the machine, and a camera on its bus."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits as a master sees them: moves towards the hard end of the travel, 607F = "no limit", limits in any order."""
 
 import canopen

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two python-canopen clients that use SDO at once, each on its own channel and both on the same one.
 
 TWO_CLIENTS_TRANSFERS: transfers of each client, 300 by default; 10000 take about two minutes.

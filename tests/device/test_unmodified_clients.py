@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """python-canopen and its p402 with their own time-outs, in a process of its own."""
 
 import functools

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Links of the documents work: every link within the repository, and every test that the pages on theory and safety
 // name, and every plot of the theory page.
 #include <algorithm>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The safety pages name every fault that the firmware has, and quote the figures of docs/results/faults.md."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* libFuzzer harness of the CAN receive path: any frames, in any order, at any time, into the whole node on a machine.
  *
  * Input: for each step a control byte, whose upper half says what happens:

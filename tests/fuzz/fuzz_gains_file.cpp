@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer harness of the design's input files: any text is read, or is refused by an InputFileError.
 //
 // Input: a byte that selects the reader (requirements, parameters of a device, result of an identification), then the

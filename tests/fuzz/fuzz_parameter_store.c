@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* libFuzzer harness of the parameter store's reader: any flash contents, then a save, which may be cut.
  *
  * Input: a byte for the number of rows of the save, a byte for the operation at which the power fails (255: none), then

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer harness of the plant file's reader: any text is a plant within its limits, or is refused by a ConfigError.
 #include <cmath>
 #include <cstddef>

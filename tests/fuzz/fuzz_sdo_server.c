@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* libFuzzer harness of the SDO server: any requests in any order, over objects of every type, two streams, values that
  * are refused and one that is taken late.
  *

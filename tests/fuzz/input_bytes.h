@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A fuzzer's input, taken byte by byte; zeros follow its end. */
 #ifndef TRACKSERVO_TESTS_FUZZ_INPUT_BYTES_H
 #define TRACKSERVO_TESTS_FUZZ_INPUT_BYTES_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A condition that no fuzzer input may violate. */
 #ifndef TRACKSERVO_TESTS_FUZZ_REQUIRE_H
 #define TRACKSERVO_TESTS_FUZZ_REQUIRE_H

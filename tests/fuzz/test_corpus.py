@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The corpus archives of tests/fuzz/corpus, and how tools/fuzz handles them; the fuzzers themselves are stand-ins."""
 
 from __future__ import annotations

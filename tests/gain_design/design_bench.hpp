@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shipped plants, the device's previous gains, and loops measured on the simulated machine.
 #ifndef TRACKSERVO_TESTS_GAIN_DESIGN_DESIGN_BENCH_HPP
 #define TRACKSERVO_TESTS_GAIN_DESIGN_DESIGN_BENCH_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The files of identify design: an error in one is named, with its remedy.
 #include <functional>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The firmware's check of a gain set against another judge: the eigenvalues of the sampled closed loop in double
 // precision, with the plant's exact transition matrices. Random sets and plants; no unstable one may pass.
 #include <fmt/format.h>

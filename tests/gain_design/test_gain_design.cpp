@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From an identified plant and requirements to gains: shipped gains are reproduced, and predictions match measurements.
 #include <cmath>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A structural resonance, from the recorded chirp to a notch with which the loop keeps its margins.
 #include <cmath>
 

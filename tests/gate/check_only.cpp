@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sim_host with only its check command: for builds of a faulty firmware.
 #include "commands/check_command.hpp"
 #include "commands/command_line.hpp"

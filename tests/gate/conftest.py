@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Programs of the gate: SIM_HOST and NODE_DESCRIPTIONS in the environment, otherwise the build of the preset host."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The gate with the board's image on the emulated board: what makes it fail. test_steps has what lets it pass."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits, gains and baselines: learned, read, refused."""
 
 from __future__ import annotations

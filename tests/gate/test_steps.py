@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The steps of docs/ci, executed as GitHub, GitLab and podman would: each line runs, in order.
 
 Environment: GATE_TREE, the tree in which they run (this one); GATE_WRAP, a command before each shell (none), for

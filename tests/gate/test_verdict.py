@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What makes the gate fail, and what lets it pass."""
 
 from __future__ import annotations

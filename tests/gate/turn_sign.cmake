@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Writes OUT: the file IN with the observer's estimate negated. Fails when the file does not have that line.
 file(READ "${IN}" text)
 set(line "return scalar_clamp(state->estimate_nm,")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The hooks of .pre-commit-config.yaml: green on this tree, on the files that ./tools/test checks, and red on a mistake."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Machines with known parameters for tests of the identification: which plant, which axis, which noise.
 #ifndef TRACKSERVO_TESTS_COMMISSIONING_BENCH_HPP
 #define TRACKSERVO_TESTS_COMMISSIONING_BENCH_HPP

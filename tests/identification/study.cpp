@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Accuracy of the identification on machines with known parameters, seed by seed, and on machines outside its model. On
 // request, minutes long: `identification_study [--case NAME]... [--seeds 5] [--details]` prints a table of markdown.
 #include <fmt/format.h>

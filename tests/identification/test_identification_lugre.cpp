@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fit's own LuGre against the continuous model solved by Boost.Odeint, and its derivatives against differences.
 #include <array>
 #include <cmath>

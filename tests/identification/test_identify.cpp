@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Identification of the shipped machines, with all noise on, compared with their plant files; and its refusals.
 #include <cmath>
 #include <string>

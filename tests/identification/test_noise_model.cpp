@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The noise model and the comparison windows of torque and motion, on known signals.
 #include <Eigen/Core>
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's own identification: its worked example, and its curve fit on known torques.
 #include <cmath>
 #include <vector>

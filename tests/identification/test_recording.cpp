@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The required form of a recording, and the messages for errors.
 #include <sstream>
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the simulated machine does with given duties, for a comparison with other simulators.
 //
 // Usage: plant_trace PLANT.toml PITCH_RAD   Each line of the standard input holds the duties of both bridges for 1 ms;

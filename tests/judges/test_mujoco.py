@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated machine against MuJoCo: the same duties in, the same currents, rates and angles out.
 
 MuJoCo's `dcmotor` actuator has resistance, inductance, back-EMF, cogging and a LuGre seal of its own; the coupling of

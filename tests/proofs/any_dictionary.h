@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The object dictionary by its contract: a search finds any of two objects, which a harness makes arbitrary, or none.
  */
 #ifndef TRACKSERVO_TESTS_PROOFS_ANY_DICTIONARY_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The words of a proof harness: any value of a range, and what must hold. ESBMC explores every value bit by bit;
  * Frama-C (Eva) computes with intervals. Both also check each memory access, index, shift and signed sum of the code.
  */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* CAN queue. From any state that the queue can have (capacity 1, 2, 4 or 8, any counters with at most `capacity`
  * frames between them, wrap included), one operation keeps the queue's contract:
  * - a push is refused exactly when `capacity` frames are inside, and then only counts; else the frame becomes the

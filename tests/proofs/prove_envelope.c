@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Envelope, one tick from any state within `any_state`, for any angle, position, phase and parameters that its header
  * allows, at 1 kHz: the state stays within these bounds, so by induction it does for ever; the braking current is a
  * share of -1 .. 1; the fastest allowed rate is finite and not negative; no division by zero, no sum out of range, no

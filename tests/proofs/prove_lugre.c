@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* LuGre step, for every parameter set that lugre_check accepts, every deflection up to 1 rad, joint rates within
  * +-1e6 rad/s and ticks of 1e-6 .. 1 s: no division by zero, no conversion out of range, no value that is not finite.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* PDO mapping, for every mapping record (any count, any eight entries), both directions, on objects of any type, size,
  * access and flags:
  * - a map has at most 8 objects and 8 bytes; its length is the sum of its objects' bytes; its event bits lie within it;

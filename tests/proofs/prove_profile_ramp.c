@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Profile ramp: one tick towards a rate, from any rate and acceleration, with any limits that profile_limits_check
  * accepts, at 1 kHz: no division by zero, no root of a negative number, no value that is not finite. The ramps within a
  * room and over a distance are out of reach of intervals: their search relates a time to its distance. */

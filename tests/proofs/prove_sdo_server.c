@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* SDO server, from any state that satisfies `is_good`, on objects of any type, size and access:
  * - with BLOCK_TRANSFERS 1: every segment, confirmation and end of a block transfer (any 8 bytes), and what is sent
  * next;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The data of an SDO transfer, for every call in any order, from any state that satisfies `is_good`, on objects of any
  * type, size and access:
  * - the next state satisfies `is_good`, too: what was moved lies within the announced size and the buffer;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Reader of the parameter store, for any contents of the flash (each read gives any bytes, or fails, and may differ
  * from the read before), at any page of an area: every read lies within the area; a record that counts as complete fits
  * the area, and its sequence is in range; no sum wraps. The CRC is replaced by any function of the bytes. Bound: areas

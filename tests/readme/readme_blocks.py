@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commands of a README: the contents of its ```sh blocks, in order, and the comment before a block.
 
 A block is preceded by nothing, or by one HTML comment that a reader does not see:

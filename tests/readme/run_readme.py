@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs the README line by line on a Debian without other packages; then, each on its own Debian, the container file of
 docs/ci and the first command of CONTRIBUTING.md. These two run at low priority beside the page from its first machine in
 real time on: an identification then waits for ten minutes.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What counts as a command of the README, and what its marks may contain."""
 
 from pathlib import Path

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # What would make a test on vcan0 pass without having run: with-can must give the exit code of its command, end it after
 # the time limit, and say in one sentence that there is no vcan0. Runs in the mode that the tests get on this machine.
 set -uo pipefail

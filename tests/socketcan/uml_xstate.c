@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Lets User Mode Linux run on processors whose extended registers (XSAVE) are larger than it knows.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Node id and bit rate of the servo's node: set by LSS, persisted in flash, followed by COB-IDs and inhibit times. */
 #include <stdio.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The servo's node over a flash: the values that 0x1010 stores are in effect after the next start, whatever happened in
  * between. */
 #include <stdio.h>

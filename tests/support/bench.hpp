@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plants for the tests of the simulated machine: the shipped tracker with everything switched off that a test does not
 // need.
 #ifndef TRACKSERVO_TESTS_SUPPORT_BENCH_HPP

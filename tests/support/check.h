@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Assertions on real numbers that print the measured value, for Unity tests in C and C++.
  *
  * Unity's own float assertions depend on its configuration and print no double; these compare in double for every

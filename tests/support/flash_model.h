@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Two areas of flash in memory behind hal_flash.h, whose power can be cut at any operation.
  *
  * Like the hardware: erased is FF, a double word is programmed once after an erase, and the remains of an interrupted

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The continuous LuGre model in double, solved by Boost.Odeint's rosenbrock4: the reference for the block. It shares
 // only the parameters with the block.
 //

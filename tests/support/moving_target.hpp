@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* Random targets that move already when the camera sees them first, off the centre of its picture: half of them hop,
  * and half of the cameras state a wrong age. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_MOVING_TARGET_HPP

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A bench for the whole servo node: a rigid machine behind it, frames in, frames out, and time.
  *
  * Sent frames go into a log. Include it once, in a test with Unity. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Reads and writes objects of a servo node in a test, as its SDO server does. Values travel as the low bytes of a word.
  */
 #ifndef TRACKSERVO_TESTS_SUPPORT_NODE_OBJECTS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Seeded random numbers (splitmix64), the same on every machine: a failing seed can be run again. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_RANDOM_H
 #define TRACKSERVO_TESTS_SUPPORT_RANDOM_H

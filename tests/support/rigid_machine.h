@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A machine behind hal_host.h with two rigid axes: its currents are those that the node commands.
  *
  * Every effect of a machine on the node is a member: a changed member takes effect at the next tick. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The seals on the test bench, as parameters of the LuGre block. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_SEALS_H
 #define TRACKSERVO_TESTS_SUPPORT_SEALS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A servo axis on a bare inertia of 20 kg m^2 with an ideal encoder and current loop and no gyro: the load gets the
  * commanded torque, unless the bench limits the motor. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_SERVO_BENCH_H

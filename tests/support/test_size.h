@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* How much a test tries: the environment variable TESTS_SIZE. The assertions are the same in each size. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_TEST_SIZE_H
 #define TRACKSERVO_TESTS_SUPPORT_TEST_SIZE_H

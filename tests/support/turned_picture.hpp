@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera whose picture is turned, mirrored or scaled, before axes that track, and how far it drives them.
 #ifndef TRACKSERVO_TESTS_SUPPORT_TURNED_PICTURE_HPP
 #define TRACKSERVO_TESTS_SUPPORT_TURNED_PICTURE_HPP

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Where the image keeps what board_recording.hpp reads: compiled for the chip, because only its compiler knows. */
 #include <stddef.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Motions in which the tests of the emulated board inject faults at random instants, and the stop that must follow.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_MOTIONS_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_MOTIONS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the image on the emulated board reads and does, PWM period by PWM period, without a change of the image: the RAM
 // of its HAL, the CAN controller's FIFO, and the timers' compare values at the end of each interrupt.
 #ifndef TRACKSERVO_TARGET_BOARD_RECORDING_HPP

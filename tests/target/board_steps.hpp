@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Common first and last steps of tests of the emulated board.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_STEPS_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_STEPS_HPP

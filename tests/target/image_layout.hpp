@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the image keeps its variables: offsets from board_layout.c, addresses from the symbols of its ELF file.
 #ifndef TRACKSERVO_TARGET_IMAGE_LAYOUT_HPP
 #define TRACKSERVO_TARGET_IMAGE_LAYOUT_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a probe (probes/*.c) on the bare core: flash, RAM and the core's own registers.
 #ifndef TRACKSERVO_TARGET_PROBE_BENCH_HPP
 #define TRACKSERVO_TARGET_PROBE_BENCH_HPP

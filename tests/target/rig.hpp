@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same node on two machines with one difference: on one the firmware runs on the host, on the other the board's
 // image runs on the emulated chip. Both are accessed over CAN alone.
 #ifndef TRACKSERVO_TARGET_RIG_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The board's image on the emulated chip: its start, its messages, its storage, and the cost of its interrupts. Its
 // reactions to faults: test_board_faults.cpp.
 #include <boost/crc.hpp>

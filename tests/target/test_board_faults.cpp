@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reactions of the emulated board to faults: which outputs go off and when, the statusword and the messages on the bus,
 // and what continues.
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frames that the board's CAN controller accepts, compared with the simulator's node: an RPDO and a SYNC at each
 // kind of identifier, set and sent only over CAN.
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults of the board's parts in five motions, at random instants, on each axis: the time to the reaction, the reaction
 // itself, the distance, what the other axis does, and that the axis can be enabled again after the repair.
 // TESTS_SIZE=large takes 4 instants in each motion, 20 in all; otherwise each fault has one or two runs.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Node id and bit rate of the board's image: found by fastscan, set by LSS, persisted over a loss of power, recovered
 // with the button; and the behaviour of a slow bus. All times are those of the emulated chip.
 #include "board_steps.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The board's image on an emulated chip with memory faults: RAM at the start, parity errors and the program memory in
 // operation, stores to the hot code, the stack that is too small.
 #include <cstring>

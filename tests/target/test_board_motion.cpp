@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emulated board beside the host's firmware: the same machine, the same noise, the same set-points over CAN.
 //
 // Each run: power on, enable both axes at 0.3 s, move from 1 s on. The figures are those of the experiments (peak error

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What ends in a reset of the board, in five motions and at random instants: outputs are safe in the stated time, the
 // axes stand within the stated distance, and the bus gets the cause after the restart.
 // TESTS_SIZE=large takes 4 instants in each motion, 20 in all; otherwise each fault has one or two runs.

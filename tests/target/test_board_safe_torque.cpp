@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Safe torque off and holding brakes of the emulated board: which outputs go off, when, what is reported, and that
 // nothing starts again by itself.
 #include <cmath>

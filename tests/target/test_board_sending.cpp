@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // More frames in a tick than the CAN controller has transmit buffers for: all of them are sent.
 #include <array>
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // When a camera's frame was exposed, on the emulated board: the node's clock (1013) set by a time producer, and the
 // camera's strobe at PC12. The test prints how exactly both are known.
 #include <cmath>

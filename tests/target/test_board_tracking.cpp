@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emulated board tracks a target over CAN, beside the host's firmware: the same machine, noise, target and camera.
 //
 // Each run: power on at the first angles of the course, set up the camera's PDO at 0.4 s without the first dither,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Is a wrong bit in a register detected? One bit of a register that the image writes is stuck at the opposite of the
 // written value, and the board must show an error: against the chip's rules, on the bus, in its motion, in its fault
 // reactions, or in the clocks, pins, priorities and times of docs/board.md.

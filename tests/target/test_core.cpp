@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The core against the architecture manual: small programs (probes/*.c) record their events.
 #include <initializer_list>
 

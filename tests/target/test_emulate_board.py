@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The served board, as a script runs it: SIM_HOST, EMULATE_BOARD and TARGET_IMAGE name the programs and the image."""
 
 import math

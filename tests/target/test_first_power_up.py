@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The first power-up of docs/board.md, executed as written: its commands are read from the page and given to servoctl,
 which talks to the board's image on the emulated board, with the machine that the page describes."""
 

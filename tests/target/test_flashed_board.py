@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The image on the emulated board: with the option bytes that tools/image/board writes, and as ST ships the chip."""
 
 import os

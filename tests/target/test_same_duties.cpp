@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Board and simulator, the same ticks, every duty equal: what the image on the emulated board reads in each PWM period
 // and tick is given to the servo node on the host, in the order in which the simulator runs it, and each duty is
 // compared.

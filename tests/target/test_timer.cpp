@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emulated timer of a bridge: what it applies does not depend on when a program touches its registers.
 #include "chip/timer.hpp"
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Checks an image's flash, RAM and stack against its budget, and that it uses neither heap nor recursion.
 
     budget.py IMAGE.elf --stack-usage FOLDER --pointers indirect_calls.toml

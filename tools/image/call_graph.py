@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The call graph of an image, and the stack of each function, read from the machine code.
 
 Functions are identified by their name, local ones with their file: "servo_node.c:reset". Calls through a pointer cannot

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Links an image with its hot code in the RAM from which the processor fetches without waiting.
 
     hot_code.py --script hot_code.ld --pointers indirect_calls.toml -- LINK COMMAND ... -o IMAGE.elf ...

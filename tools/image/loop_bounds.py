@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every loop of the firmware and its maximum number of iterations.
 
 A loop counts by itself when it is `for (T i = A; i < B; ++i)` (or with another step, or downwards, or with an `&&` that

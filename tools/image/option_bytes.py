@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The option bytes that the board's image needs, for tools/image/board.
 
     option_bytes.py registers IMAGE.bin       prints "OPTR MASK BANKS MASK WHOLE WRP MASK": the protections and the banks in

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes length and CRC of an image into its version block.
 
     stamp_image.py IMAGE.bin BLOCK      changes IMAGE.bin, and writes the finished block to BLOCK

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # Progress of a build: one rewritten line on a terminal, and elsewhere a line every ten seconds at most.
 

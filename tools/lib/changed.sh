@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # Which steps of tools/test a changed file can affect: tools/test --changed. Sourced by tools/test after checks.sh.
 # shellcheck disable=SC2034,SC2154

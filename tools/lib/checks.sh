@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # The checks of source text: tools/test runs them on all files, the hooks of .pre-commit-config.yaml on changed files.
 # Sourced after common.sh; the working folder is the project's.

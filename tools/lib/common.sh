@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # What setup, demo and test share: where things are, and how they speak and fail.
 

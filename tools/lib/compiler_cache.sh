@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # What has been compiled before, in this folder or in another clone, is not compiled again. Sourced after common.sh.
 # shellcheck disable=SC2154

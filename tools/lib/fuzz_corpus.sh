@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # The corpus of a fuzzer is one file in the repository, tests/fuzz/corpus/TARGET.tar.gz: a tar archive of its inputs.
 # The same inputs always give the same bytes: entries are sorted by name and carry no time and no owner.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # What tools/test remembers of a run: build/last-run.json, and docs/checks/full-run.md of a full one. Sourced by tools/test.
 # shellcheck disable=SC2154

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # Brings node-canopen (npm: canopen) and ini, which it needs, to third_party/node_canopen with npm: a client of another
 # project, for a test. Accepted only with the SHA-512 below. node-crc, which it needs for block transfers, is native code

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # The steps of tools/test: each is a function step_NAME that succeeds or fails. Sourced by tools/test after checks.sh.
 # shellcheck disable=SC2154

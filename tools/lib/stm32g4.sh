@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # Brings what others say about the board's chip to third_party/stm32g4, for the check of our register definitions: the
 # SVD-derived registers of the crate stm32g4, pins and DMA requests of stm32g4xx-hal, the core's registers of cortex-m.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # Brings Unity, the C test framework, to third_party/unity unless UNITY_DIR names another copy. It is taken from the source package of the machine's own
 # distribution that carries it, and accepted only if every file has the SHA-256 in unity.sha256.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
 # Brings uPlot, the plot library of servoctl's page, to third_party/uplot with npm, or from UPLOT_DIR, and from there into
 # servoctl's package, so that the page fetches nothing. Accepted only if the package has the SHA-512 below and its files those in uplot.sha256.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints the coefficients of scalar_atan2 (firmware/base/scalar.c): run it with build/venv/bin/python.
 
 atan(z) = z + z s q(s) with s = z^2, for |z| <= tan(pi / 8), with the q of degree 3 whose largest relative error is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints the coefficients of scalar_exp_minus (firmware/base/scalar.c): run it with build/venv/bin/python.
 
 exp(r) = 1 + r + r^2 q(r) for |r| <= ln(2)/2, with the q of degree 4 whose largest relative error is smallest. The first

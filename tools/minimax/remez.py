@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Remez' exchange algorithm in long double: the polynomial whose largest weighted error is smallest."""
 
 from collections.abc import Callable

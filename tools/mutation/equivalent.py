@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The list of equivalent mutants, equivalent.toml: those that no test can kill, each with its reason.
 
 An entry is found by the file, the text of the line and, if given, that of the line before ("previous"), so that it

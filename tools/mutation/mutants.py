@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one-line mutants of a C file, and which of them a seed draws.
 
 The mutation operators are those of universalmutator for C. A mutant's rank depends on the seed, the file, the line's

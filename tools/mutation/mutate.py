@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Mutation testing of firmware/: see tools/mutate --help."""
 
 import argparse

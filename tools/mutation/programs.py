@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The host build as tools/mutate uses it: how each file is compiled, and what each test is linked from."""
 
 import json

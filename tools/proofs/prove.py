@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Proofs about firmware/ by ESBMC and Frama-C (Eva): see tools/prove --help."""
 
 import argparse

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Compares the board's register definitions and pin table with public descriptions of the chip.
 
     check_registers.py [--crates FOLDER] [--headers FOLDER]

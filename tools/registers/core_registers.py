@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Registers of the Cortex-M4 core as the crate `cortex-m` lays them out: Rust structs without offsets in words."""
 
 import pathlib

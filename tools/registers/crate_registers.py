@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Registers of the STM32G474 from the crate `stm32g4`: generated Rust (svd2rust), read as text.
 
     block = read_block(folder, "rcc")

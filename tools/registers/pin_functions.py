@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Functions of the pins and numbers of the DMA requests, from the crate `stm32g4xx-hal`; and our own pin table."""
 
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Comments and string literals of C and C++ sources, each with its line."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Includes between folders: no circle, no arrow upwards.
 
 Reads the lines `#include "..."` of all C and C++ files and what layers.toml allows. A folder is a directory that holds

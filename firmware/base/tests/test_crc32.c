@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* CRC-32 against the check value of its definition and against values of zlib. */
 #include "base/crc32.h"
 

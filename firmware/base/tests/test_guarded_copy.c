@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Values that must not change by themselves: every bit that flips is found within one cycle. */
 #include "base/guarded_copy.h"
 

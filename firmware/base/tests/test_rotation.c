@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Sine and cosine of a binary angle, against the C library in double. */
 #include "base/rotation.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Scalar arithmetic and the wrap of the joint angle, against the C library in double. */
 #include "base/scalar.h"
 

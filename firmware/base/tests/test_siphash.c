@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The published vectors of SipHash-2-4 (appendix A of the paper, and the authors' list): key 00 .. 0F, messages 00, 01,
  * 02 ... of each length. */
 #include "base/siphash.h"

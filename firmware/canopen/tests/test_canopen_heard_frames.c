@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The heard frames, and that they include each identifier that an object accepts. */
 #include "canopen/bench.h"
 #include "canopen/cob_id.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/bench.h"
 
 void setUp(void) { bench_start(); }

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/bench.h"
 #include "canopen/crc_xmodem.h"
 #include "canopen/sdo_protocol.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The SDO server over all short conversations: whatever a client sends, in whatever order, the server answers as the
  * standard allows, keeps its transfers in order, and changes no other object.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Two clients on one SDO channel, like python-canopen: each takes the first answer after its request, whoever sent the
  * request, and compares the object only in the answer to an upload. Whatever the order of their requests, no client
  * reads a wrong value and no value is written that no client sent.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* LSS: each service of one slave, and a master that finds many of them by fastscan. */
 #include "canopen/lss_slave.h"
 #include "support/random.h"

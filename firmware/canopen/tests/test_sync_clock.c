@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The node's clock against that of the SYNC producer. */
 #include "canopen/sync_clock.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Experiments on an ideal axis, which follows its commands: set-points, limits, and causes of the end. */
 #include "commissioning/experiment.h"
 

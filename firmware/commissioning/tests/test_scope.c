@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The scope: captured values come out bit for bit, around the requested trigger. */
 #include "commissioning/scope.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The rate towards a target within the braking of a joint: values, slope, and a joint that makes it. */
 #include "control/approach.h"
 

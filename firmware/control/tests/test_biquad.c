@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Filter sections against the analytic bilinear transfer functions, in double. */
 #include "control/biquad.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which of two joint angles lasts longest, over a table and against a search in steps. */
 #include "control/cable_wrap.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Current loop at 20 kHz on a winding that is discretised exactly: L di/dt = v - R i - Ke w, v held for a period. */
 #include "control/current_loop.h"
 

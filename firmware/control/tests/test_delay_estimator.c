@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The delay of a camera, estimated from frames of a line of sight whose motion is known, all in double: white centroid
  * noise, a target that weaves, and a line of sight that shakes on its own or follows the noisy frames. */
 #include "control/delay_estimator.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Disturbance observer on the discrete nominal plant J (v[k+1] - v[k]) / dt = u[k] - B v[k] - load. */
 #include "control/disturbance_observer.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Friction feedforward on the bench: start-up, reversal, standstill, a blocked axis, a moving base. */
 #include "control/friction_feedforward.h"
 

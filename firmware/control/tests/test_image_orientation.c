@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The orientation of a picture, found from frames of a line of sight whose motion is known: turned, mirrored and scaled
  * pictures of targets at rest, at a constant rate, and of one that accelerates. */
 #include "control/image_orientation.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Geometry of the line of sight, against rotation matrices in double. */
 #include "control/line_of_sight.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Stability of the loops: against limits known from theory, and sets that shook a simulated axis. */
 #include "control/loop_stability.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The LuGre block alone: closed forms of one tick, properties over thousands of random seals, refusals. */
 #include "control/lugre.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cases of Canudas de Wit, Olsson, Astrom, Lischinsky 1995, section III: a mass of 1 kg on the classic contact.
 //
 // Each case is simulated with the block (speed held over steps of 10 us, the mass by a symplectic Euler step) and with

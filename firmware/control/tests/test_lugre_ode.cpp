@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LuGre block against the continuous model, solved by Boost.Odeint's rosenbrock4 at 1e-10 Nm.
 //
 // With the speed held over each tick the block claims to be exact, so only rounding to float may remain: the bands are

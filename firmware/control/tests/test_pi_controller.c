@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* PI controller against analytic responses, and how it leaves a limit. */
 #include "control/pi_controller.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tracking with both axes: joints that follow their rates at once, a camera of 50 Hz that is 20 ms late, and targets in
  * space, all in double. What is left is the error of the estimator and of the geometry. */
 #include "control/pointing_tracker.h"

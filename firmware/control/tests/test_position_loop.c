@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Position loop with an ideal rate loop behind it. */
 #include "control/position_loop.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Joint rate from encoder angles: exact on a ramp, delay, quantisation noise, wrap. */
 #include "control/rate_estimator.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Fusion of gyro and encoder: each source, loss of the gyro, the crossover. */
 #include "control/rate_fusion.h"
 

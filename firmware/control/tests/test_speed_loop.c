@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The speed loop on an axis of 23.5 kg m^2 with the stiff seal: nothing is compensated twice, limits do not wind up. */
 #include "control/speed_loop.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Where a target will be, against the path itself in double; and what a camera sees of it. */
 #include "control/target_path.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* When the line of sight will be back: predictions against what then happens to the tracking loop with joints that keep
  * their limits. Targets and joints are in double; the camera has 50 Hz, 20 ms and noise, and sees +-11 mrad. */
 #include "control/target_return.h"

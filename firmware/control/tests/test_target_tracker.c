@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tracking loop with a 50 Hz camera, a frame old, and an ideal line of sight: the rate commanded in a tick is the rate
  * of the next tick. */
 #include "control/target_tracker.h"

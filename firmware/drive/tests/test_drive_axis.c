@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The whole drive on an ideal axis: an integrator that follows its speed loop exactly, so that only the drive is
  * measured. Written from the view of a client on the bus: objects in, objects out. */
 #include "drive/drive_axis.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The holding brake: alone, and as the drive of an axis commands it. */
 #include "drive/holding_brake.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Set-points every few ms made continuous. */
 #include "drive/interpolation.h"
 

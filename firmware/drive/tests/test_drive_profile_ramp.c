@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Ramps alone: limits under thousands of random replans, exact arrival, shortest time. */
 #include "drive/profile_ramp.h"
 

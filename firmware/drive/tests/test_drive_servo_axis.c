@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The servo axis as the drive uses it, connected as the node connects them. */
 #include "drive/drive_axis.h"
 #include "servo/servo_axis.h"

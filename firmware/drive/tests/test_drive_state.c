@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The CiA 402 power state machine, against the standard's table and against python-canopen's masks. */
 #include "drive/drive_state.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The travel that set-points may use: the limits in effect from 607D, 2060 and the motor, and the stops that keep
  * within
  * them. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Conversions between the integers of CiA 402 and the core: round trips, roundings, ends. Truth is in long double. */
 #include "drive/drive_units.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Homing without a drive: an axis between two end stops, that follows its set-point or is blocked. */
 #include "drive/homing.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The set-point handshake of pp: bits 4 to 6 of the controlword and 60F2 in, targets out. */
 #include "drive/setpoint_queue.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/objects/base_objects.h"
 
 #include "canopen/object_dictionary_rows.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The base's rates on the bus, one part for both axes: a message in one PDO (0x3076), how its numbers are meant and
  * whether they are used (0x3077), and what became of them (0x3078).
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The scales of the board's current and voltage sensors on the bus: 0x3060, one part for both axes.
  *
  * Written only while 0x3040 is open and both axes are off; takes effect at once (hal_set_scales). */

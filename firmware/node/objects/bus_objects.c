@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/objects/bus_objects.h"
 
 void bus_objects_start(bus_objects *bus, const bus_settings *defaults, bool recovering, const hal_flash *flash,

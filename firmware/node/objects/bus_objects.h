@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Node id and bit rate of the servo's node: in effect, stored, and requested by LSS. Objects 0x3050.
  *
  * The settings in effect are the stored ones, from the log in flash, or those that the node was configured with. What

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/objects/camera_objects.h"
 
 #include "base/scalar.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The camera on the bus, one part for both axes: a frame in one PDO (0x3070), how its numbers are meant (0x3071), what
  * became of the frames (0x3072), how old they really are (0x3073), the camera's strobe (0x3074), and when the line of
  * sight will be back on a target that is too fast or outside of the azimuth's travel (0x3075).

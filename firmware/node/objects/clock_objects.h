@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The node's clock on the bus, 0x1013.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2.16: high-resolution time stamp, UNSIGNED32 in us, mappable. A read gives the

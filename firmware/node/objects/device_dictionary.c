@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/objects/device_dictionary.h"
 
 #include "canopen/cob_id.h"

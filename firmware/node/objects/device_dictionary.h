@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What distinguishes this device from other CANopen nodes: identity and default PDOs.
  *
  * CiA 301 clause 7.5.2.1 (1000), .9 to .11 (1008 to 100A), .23 (1018), CiA 402-2 clause 5 (PDO usage). The offsets

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The rows of one axis' CiA 402 objects, 0x603F to 0x6502.
  *
  * The offsets point into `drive_objects`. The table serves both axes, the second shifted by 0x800. Units are those of

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The fault log on the bus: 0x3020. */
 #ifndef TRACKSERVO_NODE_OBJECTS_FAULT_OBJECTS_H
 #define TRACKSERVO_NODE_OBJECTS_FAULT_OBJECTS_H

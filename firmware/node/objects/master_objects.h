@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the node expects of its master, on the bus, one part for both axes: the lock of guarded parameters (0x3040) and
  * the supervision (0x3041).
  *

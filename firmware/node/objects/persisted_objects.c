@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/objects/persisted_objects.h"
 
 #include "canopen/node_objects.h"

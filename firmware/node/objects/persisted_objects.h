@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The objects that 0x1010 saves and 0x1011 restores: gains, limits, drive objects and communication; also as rows of a
  * store.
  *

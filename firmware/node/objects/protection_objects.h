@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The limits that protect an axis, on the bus: 0x2060, one part per axis, written only while 0x3040 is open
  * and both axes are off; and what follows from them, 0x2061.
  *

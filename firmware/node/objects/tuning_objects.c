@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "node/objects/tuning_objects.h"
 
 #include "node/objects/protection_objects.h"

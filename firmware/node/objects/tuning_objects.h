@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Access of the bus to the parameters of an axis: the hooks of its dictionary part (0x2000 to 0x2070).
  *
  * Writes go to the staged set; 0x2070:1 applies it, discards it or undoes the last apply. An inconsistent set is

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Controlwords and NMT commands that arrive within one tick: each takes effect as in a tick of its own, in the order of
  * arrival. */
 #include <stdio.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Reports of the faults of one axis, tick by tick. */
 #include "node/fault_reports.h"
 #include "unity.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The base's rates in the whole node: messages in one PDO, and what an axis does with them. The azimuth feeds back its
  * encoder alone and stands at set-point 0: it turns against what is added to its rate. */
 #include "support/node_bench.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The envelope in the whole node: restrictions, the turn of the start, and stops of protection. */
 #include "support/node_bench.h"
 

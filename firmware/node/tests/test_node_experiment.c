@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Experiments over the bus (0x2100): set up, started and monitored by a master, on an axis that moves like a
  * machine. */
 #include "support/node_bench.h"

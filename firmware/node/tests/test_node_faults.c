@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The node's record of faults (0x3020), and the lock of the protection limits (0x3040, 0x2055, 0x2060). */
 #include "node/servo_node_parts.h"
 #include "support/node_bench.h"

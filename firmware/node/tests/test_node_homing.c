@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Homing in the whole node, on an azimuth of +-279 degrees whose encoder knows one turn. */
 #include "support/node_bench.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The scope over the bus: set up by 0x3000, read as the DOMAIN 0x3001. */
 #include "support/node_bench.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Tracking (mode -1) in the whole node: camera frames in one PDO, both axes follow the target. */
 #include "support/node_bench.h"
 

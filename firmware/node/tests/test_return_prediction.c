@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The time until both axes are back on a target: a target at rest, and predictions that run one step in each tick. */
 #include "node/return_prediction.h"
 

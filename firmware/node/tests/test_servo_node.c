@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The whole node from a master's view: frames in, frames out, and the motion of its machine. */
 #include "support/node_bench.h"
 

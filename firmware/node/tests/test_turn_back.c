@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Turning back by one revolution at the end of the travel, by itself: joints that do what is expected of them at once,
  * and a target that is given as what has been estimated of it. */
 #include "node/turn_back.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Controlwords that stop and wait for a tick of their own: their order, and what becomes of them when there is no room.
  */
 #include "node/waiting_stops.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The list of parameters: what it says is what the blocks take, and a set that is refused names the value that is wrong
  * and what would be right. */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Staged, active and previous set of an axis: what each operation changes, and what a refusal leaves as it was. */
 #include "parameters/axis_tuning.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Node id and bit rate in flash: found again after every start, whatever the power did in between. */
 #include "parameters/bus_settings_log.h"
 

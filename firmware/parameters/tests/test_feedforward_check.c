@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Feedforwards that take the motor's torque from the loop are refused, with the value's range; those of a design pass.
  */
 #include "parameters/feedforward_check.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The parameter store: its contents after any loss of power, any damage, and in any flash. */
 #include "parameters/parameter_store.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Both stores over a flash whose cells are weak, at which the power fails, and which reads differently from start to
  * start: a set or entry whose save was acknowledged is never replaced by an older one in silence.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The servo on a board: one node, and the order of its calls.
  *
  *     PWM period (20 kHz)     motor stages of both axes

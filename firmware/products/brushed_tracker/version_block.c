@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "version_block.h"
 
 #include "products/brushed_tracker/default_schema.h"

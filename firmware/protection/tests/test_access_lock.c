@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "protection/access_lock.h"
 
 #include "unity.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Protection of one axis, tick by tick: its inputs, and the tick in which each fault is detected. */
 #include <math.h>
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Encoder readings that are wrong in some ticks only. */
 #include "protection/encoder_outliers.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The envelope against an integrator in double precision: whatever drives the axis, it stops at the end of the travel.
  *
  * The machine of the judge: an inertia, a motor whose current slews, set-points that count 0.1 ms after a sample, an

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The log of faults, its edges: the board's entries, and the memory beside the log. */
 #include "protection/fault_log.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The two halves of the fault table: each fault has a row in both, and each row says everything an operator needs. */
 #include "protection/fault_texts.h"
 

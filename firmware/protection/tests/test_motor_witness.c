@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The motor as a witness, on a motor whose true R and Ke are known: when it contradicts, when it must not. */
 #include "protection/motor_witness.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The oscillation monitor on an axis of one inertia: which motions are oscillations, and which are not. */
 #include <math.h>
 #include <stdio.h>

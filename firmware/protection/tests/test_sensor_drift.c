@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Encoder and gyro in the long run, on a base that does not turn. */
 #include "protection/sensor_drift.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Monitors that judge every few ticks: drift, standstill, direction, reduced speed. */
 #include "protection/slow_monitors.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Standstill: an axis that nobody commands to move stays where it is. */
 #include "protection/standstill_monitor.h"
 

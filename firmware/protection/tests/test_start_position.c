@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which turn an axis is in: from the travel, by motion, by confirmation. */
 #include "protection/start_position.h"
 

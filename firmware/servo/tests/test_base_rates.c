@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The base's rates: what an axis must add to what its sensors see, and rates between two messages. */
 #include "servo/base_rates.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The camera's delay in the servo: the line of sight shakes as the pointing tracker measures it, the target stands, and
  * the sender states a wrong age. */
 #include "servo/camera_delay.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Camera frames from the bus: which count, how old they are, and what they mean. */
 #include "servo/camera_input.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The age of an exposure that an image processor has stamped with the node's clock (1013), also when that is set. */
 #include "servo/exposure_clock.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A picture that is sent again as if it were new: its place stays, and the line of sight runs after it faster and
  * faster. */
 #include "servo/frozen_picture.h"

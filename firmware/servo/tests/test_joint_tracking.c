@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Each joint follows the target by its own loop, from frames with the errors of both. */
 #include "servo/joint_tracking.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which series of errors contradict themselves, at 500 Hz and slower. */
 #include "servo/jumping_picture.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The motor stage: the hand-over between tick and PWM periods, and the duty of each period. */
 #include "servo/motor_stage.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Verdicts on a picture, from a line of sight whose motion is given: it stands for 0.3 s, then both components run at
  * 0.1 rad/s, one of them later. The target moves at a constant rate. */
 #include "servo/picture_check.h"

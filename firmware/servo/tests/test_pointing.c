@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Both axes hold a target: the camera's mounting, the torques, what frames count, and a pass with ideal joints. The
  * reference values are in double, from rotation matrices and finite differences. */
 #include "servo/pointing.h"

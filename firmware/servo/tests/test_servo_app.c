@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Both axes together: what the pitch's angle makes of the azimuth. */
 #include "servo/servo_app.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The servo axis: torque mode, limits and torque offset from outside, and its reaction to implausible inputs. */
 #include "servo/servo_axis.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which frames have nothing to do with those around them, at 50 Hz. */
 #include "servo/stray_frame.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Which edge of the camera's strobe is the exposure of a frame: 50 Hz, frames 20 ms after their exposure. */
 #include "servo/strobe_log.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* From reset to main() on QEMU's mps2-an386, and from main() to QEMU's exit code.
  *
  * Files, streams and the exit code go through ARM semihosting, as newlib's librdimon implements it; the words of the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Outputs off: both bridges' timers without main output enable, both driver enables low, both brakes without current.
  *
  * It needs no RAM except a little stack, no clock except the one after reset, and no initialisation, so a reset and

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The peripherals that the axes of this board use; pins.c has their pins. */
 #include "connections.h"
 #include "registers/dma.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The power bridges: two legs each, complementary with dead time, centre-aligned at 20 kHz, all timers in phase.
  *
  *     leg 1 is high for (1 + duty) / 2 of the period, leg 2 for (1 - duty) / 2

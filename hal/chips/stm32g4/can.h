@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* CAN: FDCAN1, classic frames, 125 kbit/s to 1 Mbit/s, sample point 88 %.
  *
  * The hardware drops frames that can_accept does not name, and extended and remote frames. */

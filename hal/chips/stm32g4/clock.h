@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* System clock: 170 MHz from the 24 MHz crystal; HCLK, PCLK1 and PCLK2 alike. */
 #ifndef TRACKSERVO_STM32G4_CLOCK_H
 #define TRACKSERVO_STM32G4_CLOCK_H

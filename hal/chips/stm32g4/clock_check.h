@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The system clock, which comes from the crystal, against the chip's other oscillator HSI16, in operation.
  *
  * MCO gives HSI16 / 16 to an input of TIM16 inside the chip; TIM16 captures every eighth edge, so 1360 counts of the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What a board connects to the chip. Its folder defines these tables in wiring.c, the functions of pins.h, and
  * safe_outputs.h; the drivers of the chip know no axis and no pin besides. */
 #ifndef TRACKSERVO_STM32G4_CONNECTIONS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Motor currents, bus voltage and heat-sink temperature: ADC1 and ADC2, two injected conversions each. TIM1 starts them
  * at the beginning of every PWM period; they take 1.2 us.
  *

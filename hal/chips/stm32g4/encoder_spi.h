@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The BiSS-C encoders: an SPI for each clocks 64 bits at 5.3 MHz (12 us) by DMA, in each of the last PWM periods before
  * a tick; the tick takes the mean of the good readings.
  *

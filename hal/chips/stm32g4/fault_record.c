@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "fault_record.h"
 
 /* RAM has arbitrary contents after power-on, so a word and its complement mark the record as valid. */

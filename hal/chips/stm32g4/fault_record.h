@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The fault before the last reset: written by the fault handlers into RAM that a reset does not clear. */
 #ifndef TRACKSERVO_STM32G4_FAULT_RECORD_H
 #define TRACKSERVO_STM32G4_FAULT_RECORD_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The gyros: a USART for each at 921600 baud, received by circular DMA, read in the tick. */
 #ifndef TRACKSERVO_STM32G4_GYRO_UART_H
 #define TRACKSERVO_STM32G4_GYRO_UART_H

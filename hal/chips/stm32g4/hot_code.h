@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The hot code: what the frequent interrupts run, in the 32 KiB of CCM SRAM, from which the processor fetches without
  * waiting. tools/image/hot_code.py selects it; the image in flash has the original.
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Whether the program memory is still what was linked: its CRC-32 against that of the version block. */
 #ifndef TRACKSERVO_STM32G4_IMAGE_CHECK_H
 #define TRACKSERVO_STM32G4_IMAGE_CHECK_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The interrupts that this board uses, and their priorities: 0 is the most urgent, a more urgent one interrupts a less
  * urgent one.
  *

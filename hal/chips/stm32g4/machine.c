@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Implements hal.h and hal_board.h for a board with this chip: combines the drivers and implements the interrupts. */
 #include "machine.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The state of the machine, one for the chip: data that the interrupts share. */
 #ifndef TRACKSERVO_STM32G4_MACHINE_H
 #define TRACKSERVO_STM32G4_MACHINE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The parameter pages: the last 20 KiB of bank 2, in pages of 2 KiB: two for node id and bit rate, then two areas of
  * four for the parameter store.
  *

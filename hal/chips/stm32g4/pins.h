@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The pins of the board, whose pins.c has the function of each in one table; docs/board.md shows it. */
 #ifndef TRACKSERVO_STM32G4_PINS_H
 #define TRACKSERVO_STM32G4_PINS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Parity of the RAM: the first 32 KiB of SRAM1 (stack, state of the board and of the node) and the CCM SRAM (hot code).
  *
  * An error switches both bridges off in hardware, through the break inputs of their timers, and is an NMI, which ends

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* March C- over unused RAM: finds stuck bits, cells that do not change, coupled words and wrong addresses. Source: A.
  * J. van de Goor, Using March Tests to Test SRAMs, IEEE Design & Test of Computers 10 (1993).
  *

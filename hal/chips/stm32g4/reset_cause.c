@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "reset_cause.h"
 
 #include "fault_record.h"

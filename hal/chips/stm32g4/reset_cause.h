@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Why the chip restarted. */
 #ifndef TRACKSERVO_STM32G4_RESET_CAUSE_H
 #define TRACKSERVO_STM32G4_RESET_CAUSE_H

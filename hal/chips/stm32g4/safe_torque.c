@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "safe_torque.h"
 
 enum { OFF_TICKS = 2, MAX_DIFFER_TICKS = 100, WRONG_TICKS = 3 };

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Safe torque off (STO), as far as the program is concerned: it diagnoses and reports. The torque is removed without
  * it:
  *

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The self-tests before the interrupts start: all by polling, at the rate of the PWM periods, with the bridges off. */
 #include "bridge.h"
 #include "clock.h"

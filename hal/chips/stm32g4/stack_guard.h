@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The stack lies at the bottom of the RAM. The 32 KiB below it, where no memory is, may not be accessed: a stack
  * overflow, by the program or by an interrupt's entry, causes a MemManage fault at once, before any data is lost.
  *

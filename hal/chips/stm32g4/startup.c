@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* From reset to main: outputs off, FPU on, stack guarded, RAM tested, hot code copied, variables initialised for C.
  * Faults: outputs off, the cause recorded, and the watchdog resets. */
 #include <stdint.h>

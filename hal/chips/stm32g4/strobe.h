@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* TIM5: the machine's clock in us, and the camera's strobe.
  *
  * TIM5 counts the us, 32 bits, from the clock of the PWM and the tick. Its channel 2 captures the rising edges on PC12;

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The 1 ms tick: TIM6, from the same clock as the PWM and so at a fixed position between its periods. */
 #ifndef TRACKSERVO_STM32G4_TICK_TIMER_H
 #define TRACKSERVO_STM32G4_TICK_TIMER_H

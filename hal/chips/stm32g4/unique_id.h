@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The 96 bits that identify a chip, programmed in the factory: RM0440, "Unique device ID register". */
 #ifndef TRACKSERVO_STM32G4_UNIQUE_ID_H
 #define TRACKSERVO_STM32G4_UNIQUE_ID_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The independent watchdog: 20 ms, on the chip's own 32 kHz oscillator; a refresh within the first 5 ms also resets. */
 #ifndef TRACKSERVO_STM32G4_WATCHDOG_H
 #define TRACKSERVO_STM32G4_WATCHDOG_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Answers of a BiSS-C encoder, written bit by bit from its protocol, and the mean of the readings. */
 #include "sensors/biss.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Gyro frames in a stream of bytes, written from the gyro's manual; and the heat sink's thermistor. */
 #include "sensors/gyro_frame.h"
 

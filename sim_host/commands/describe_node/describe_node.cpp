@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Prints the descriptions of the node: describe_node FOLDER writes trackservo.eds, trackservo.dbc, parameters.json,
 // can-objects.md, default_schema.h, faults.json and faults.md there, of a node with the product's default_parameters.c,
 // and a new default_parameters.c as sim_host/plants/tracker.toml gives it. --defaults: that alone. --check: writes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Descriptions of the faults, printed from the firmware's fault table and its texts: for servoctl, and for people.
 #ifndef TRACKSERVO_SIM_COMMANDS_DESCRIBE_NODE_FAULT_DESCRIPTION_HPP
 #define TRACKSERVO_SIM_COMMANDS_DESCRIBE_NODE_FAULT_DESCRIPTION_HPP

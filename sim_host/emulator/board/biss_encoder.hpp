@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An absolute encoder with BiSS-C (protocol description C5), limited to the position data of one slave.
 //
 // The first falling clock edge after a pause latches the reading. The data line: high until the second rising edge, low

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The flash image on the emulated board, as a device on its bus.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_DEVICE_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_DEVICE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The servo board with a machine on it: the chip runs an image, its PWM drives the simulator's plant, the plant's
 // sensors feed ADC, SPI and UART, and CAN is an end of a virtual bus.
 //

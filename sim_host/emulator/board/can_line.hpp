@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The FDCAN's end of the simulator's virtual bus.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_CAN_LINE_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_CAN_LINE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A fibre-optic gyro of the KVH 1750 family (1750 IMU technical manual, 54-0857): sends a message of format A with the
 // rate as its x channel, 1000 times a second by its own clock, at 921,600 bits/s.
 //

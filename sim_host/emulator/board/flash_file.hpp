@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parameter pages of the emulated board in a file of the format of `sim_host serve --flash`.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_FLASH_FILE_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_FLASH_FILE_HPP

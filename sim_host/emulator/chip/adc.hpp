@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An analogue-digital converter of the pair ADC1 and ADC2 (RM0440, 21): the steps from power-down over calibration to
 // ready, and injected sequences started by a timer or by software. Regular conversions are not modelled.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_ADC_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TIM16 (RM0440, 30) as far as the board uses it: it captures every eighth edge of MCO, which gives HSI16 / 16.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_CAPTURE_TIMER_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_CAPTURE_TIMER_HPP

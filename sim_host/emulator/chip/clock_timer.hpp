@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TIM5 (RM0440, 29) as far as the board uses it: a counter of 32 bits that captures the rising edges at its second
 // input and has DMA fetch them.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_CLOCK_TIMER_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two DMA controllers of eight channels and their request multiplexer (RM0440, 12 and 13).
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_DMA_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_DMA_HPP

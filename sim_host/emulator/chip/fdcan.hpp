@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An FDCAN used as classic CAN (RM0440, 44): acceptance filters, two receive FIFOs and three transmit buffers in the
 // message RAM, time stamps in bits, interrupts, bus-off.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_FDCAN_HPP

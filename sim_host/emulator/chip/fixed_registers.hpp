@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Peripherals of which the board uses only registers that store written values: the debug unit's freeze bits, and the
 // words programmed in the factory (unique identifier, flash size).
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_FIXED_REGISTERS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The flash's registers and the parameter pages behind them (RM0440, 5): unlocking, page erase, programming of
 // double-words, errors, timing.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_FLASH_INTERFACE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A port of 16 pins (RM0440, 9).
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_GPIO_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_GPIO_HPP

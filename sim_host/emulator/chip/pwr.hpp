@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Power control (RM0440, 6): voltage range and boost.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_PWR_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_PWR_HPP

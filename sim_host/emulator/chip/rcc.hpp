@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reset and clock control (RM0440, 7): oscillators, PLL, bus prescalers, peripheral clocks, the cause of a reset.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_RCC_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_RCC_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A serial peripheral interface as master (RM0440, 39): frames of 4 to 16 bits, with DMA.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_SPI_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_SPI_HPP

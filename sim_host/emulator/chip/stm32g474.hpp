@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The STM32G474RE as far as the board uses it: core, memories, peripherals at their addresses, their clocks and
 // interrupts. The chip's owner connects the outside (board/board_machine.hpp).
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_STM32G474_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The system configuration controller (RM0440, 10): parity errors and core lock-ups to the timers' break inputs, write
 // protection of the CCM SRAM by pages of 1 KiB. Lock bits and protected pages stay so until the next reset.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_SYSCFG_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An advanced timer (TIM1, TIM8: RM0440, 28) or a basic one (TIM6: RM0440, 31), as far as the board uses them: counting
 // up or centre-aligned, repetition, preload, complementary outputs with dead time and break, start by another timer,
 // trigger outputs. A write that would let both switches of a leg conduct is a violation.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An asynchronous serial port (RM0440, 37): characters of eight bits, received by program or DMA; sent characters are
 // dropped.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_USART_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The independent watchdog with its window (RM0440, 42), on the 32 kHz oscillator.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_WATCHDOG_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_WATCHDOG_HPP

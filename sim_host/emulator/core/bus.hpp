@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which peripheral answers at which address.
 //
 // One bit of one register may be inverted on purpose: whatever the program writes, the register gets the other value.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "core/cortex_m4.hpp"
 
 #include <unicorn/unicorn.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A Cortex-M4F: Unicorn executes the instructions; this class adds the rest (ARMv7-M architecture manual, B1.5).
 //
 // Exception entry and return with stacking (FPU context included), priorities and tail-chaining, faults and their

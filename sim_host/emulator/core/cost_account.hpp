@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost of each activation of an exception handler, without the handlers that preempt it.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_COST_ACCOUNT_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_COST_ACCOUNT_HPP

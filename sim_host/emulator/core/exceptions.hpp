@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which exception of a Cortex-M4 runs and which waits (ARMv7-M architecture manual, B1.5): pending, enabled and active
 // bits, priorities of four bits with grouping, level-sensitive interrupt lines. It decides; CortexM4 acts.
 //

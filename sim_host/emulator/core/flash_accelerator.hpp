@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The flash's wait states behind its instruction cache and prefetch (STM32G4: 32 lines of 32 bytes, read by 8 bytes).
 //
 // A line that is in the cache costs nothing. Other lines are read at one word of 8 bytes per (wait states + 1) cycles

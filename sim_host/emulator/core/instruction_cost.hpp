@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost of the instructions of a basic block on a Cortex-M4F, without flash waits.
 //
 // From the core's technical reference manual (instruction set summary, floating-point timings): one cycle, except load

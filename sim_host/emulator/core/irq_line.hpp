@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One source of an interrupt: a level that a peripheral holds until the cause is cleared.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_IRQ_LINE_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_IRQ_LINE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A peripheral as its manual's register table: offset, reset value, which bits may be written.
 //
 // Violations are: writing a reserved bit other than its reset value, access to a register that is not in the table,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The core's own registers: NVIC, System Control Block, MPU, SysTick, FPU context control, DWT cycle counter
 // (ARMv7-M architecture manual, B3.2 to B3.4, C1.8).
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_SYSTEM_CONTROL_HPP

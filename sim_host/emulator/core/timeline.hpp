@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulated time and its alarms.
 //
 // Time counts in 1/4.08 GHz, in which every clock of the board has a whole period: 24 units at 170 MHz, 170 at 24 MHz,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Actions of a program that the chip's manual forbids, or that the emulator does not model: each makes a test fail.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_VIOLATIONS_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_VIOLATIONS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Descriptions of a device, printed from its object dictionary: one table, several formats.
 //
 // EDS by CiA 306-1 v1.4 for masters, parameters.json for tools, DBC for bus monitors, a page for people. The EDS has no

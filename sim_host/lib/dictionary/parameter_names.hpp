@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The names of parameters in a gains file: "azimuth.speed_loop.proportional_gain".
 //
 // Derived from the names in the object table by the rules of servoctl (tools/servoctl/servoctl/schema.py); a test

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Why the firmware refuses a set of parameters, as a sentence: which value is wrong, and what would be right.
 #ifndef TRACKSERVO_DICTIONARY_REFUSAL_TEXT_HPP
 #define TRACKSERVO_DICTIONARY_REFUSAL_TEXT_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "gain_design/design_json.hpp"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // design.json: the designed parameters and their predicted effect; docs/gain-design.md describes it.
 #ifndef TRACKSERVO_GAIN_DESIGN_DESIGN_JSON_HPP
 #define TRACKSERVO_GAIN_DESIGN_DESIGN_JSON_HPP

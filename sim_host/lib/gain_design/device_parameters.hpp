@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parameters of one axis as files have them: value by "0xINDEX:SUB" of the object dictionary, azimuth's indices for
 // both axes. Names, units, ranges and places in the struct are those of firmware/parameters/axis_parameter_list.h.
 #ifndef TRACKSERVO_GAIN_DESIGN_DEVICE_PARAMETERS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From an identified plant and requirements to all gains of an axis, with their predicted margins.
 //
 // A requirement is met exactly or lowered, never silently: the notes say from what to what, and why. First the

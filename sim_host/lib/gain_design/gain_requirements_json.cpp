@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "gain_design/gain_requirements_json.hpp"
 
 #include <fmt/format.h>

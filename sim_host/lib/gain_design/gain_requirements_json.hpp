@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // wishes.json: the requirements for the gains.
 #ifndef TRACKSERVO_GAIN_DESIGN_GAIN_REQUIREMENTS_JSON_HPP
 #define TRACKSERVO_GAIN_DESIGN_GAIN_REQUIREMENTS_JSON_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parameters of an identified axis, and the linear machine on which loops are designed.
 #ifndef TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP
 #define TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP

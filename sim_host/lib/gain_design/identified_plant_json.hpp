@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // result.json of `identify fit`, as far as the gain design needs it.
 #ifndef TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_JSON_HPP
 #define TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_JSON_HPP

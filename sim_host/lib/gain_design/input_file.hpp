@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // JSON files that the gain design reads, and the messages for errors in them.
 #ifndef TRACKSERVO_GAIN_DESIGN_INPUT_FILE_HPP
 #define TRACKSERVO_GAIN_DESIGN_INPUT_FILE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Loop gain of the speed loop at the torque command, from the firmware's difference equations.
 //
 //     L(jw) = P(jw) H(jw) C(z),  z = exp(jw T)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "gain_design/margins.hpp"
 
 #include <algorithm>

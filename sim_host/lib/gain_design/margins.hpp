@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distance of a loop from instability, and whether it is stable.
 #ifndef TRACKSERVO_GAIN_DESIGN_MARGINS_HPP
 #define TRACKSERVO_GAIN_DESIGN_MARGINS_HPP

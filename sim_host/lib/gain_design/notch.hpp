@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The notch for a resonance of the structure.
 #ifndef TRACKSERVO_GAIN_DESIGN_NOTCH_HPP
 #define TRACKSERVO_GAIN_DESIGN_NOTCH_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Position and tracking loop around the speed loop.
 #ifndef TRACKSERVO_GAIN_DESIGN_OUTER_LOOPS_HPP
 #define TRACKSERVO_GAIN_DESIGN_OUTER_LOOPS_HPP

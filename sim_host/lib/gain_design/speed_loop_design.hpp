@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PI, observer and filters of the speed loop: the filters that allow the fastest loop, and the pair found with them.
 #ifndef TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_DESIGN_HPP
 #define TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_DESIGN_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The PI of the speed loop from natural frequency and damping on the bare inertia: kp = 2 zeta w J, ki = w^2 J.
 #ifndef TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_PI_HPP
 #define TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_PI_HPP

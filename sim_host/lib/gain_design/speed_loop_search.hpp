@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fastest PI and observer that meet the requirements of a speed loop.
 #ifndef TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_SEARCH_HPP
 #define TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_SEARCH_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "identification/frequency_response.hpp"
 
 #include <Eigen/Core>

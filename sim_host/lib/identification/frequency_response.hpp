@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frequency response of the axis from torque to joint rate, measured in the runs with torque excitation.
 //
 //     H = S_ur / S_uu,   coherence = |S_ur|^2 / (S_uu S_rr)        (Welch: Hann windows, overlapping by half)

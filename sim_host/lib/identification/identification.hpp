@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a recording to parameters with intervals, or to the reason why there are none.
 //
 // Steps: the paper's method for a first idea; a search for the neighbourhood of the best fit; one fit of all runs

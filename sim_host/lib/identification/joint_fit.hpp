@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All parameters from all runs together: generalised least squares on the torque balance.
 //
 // Repeated until nothing changes: model the noise of the residuals (noise_model.hpp), whiten, reduce the weight of

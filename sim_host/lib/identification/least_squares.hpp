@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nonlinear least squares by Levenberg and Marquardt: Eigen's port of MINPACK, compiled once for every fit.
 #ifndef TRACKSERVO_IDENTIFICATION_LEAST_SQUARES_HPP
 #define TRACKSERVO_IDENTIFICATION_LEAST_SQUARES_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Zero-phase low-pass: a symmetric windowed-sinc FIR, flat up to about 0.6 of its cutoff.
 #ifndef TRACKSERVO_IDENTIFICATION_LOW_PASS_HPP
 #define TRACKSERVO_IDENTIFICATION_LOW_PASS_HPP

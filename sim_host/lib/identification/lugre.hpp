@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LuGre friction, eqs (1)-(3), driven by a measured motion, with its derivatives by every parameter.
 //
 //   Tf = f + s1 dz/dt + s2 v,   f = s0 z,   df/dt = s0 (v - |v| f / g(v)),   g = level (Tc + (Ts - Tc) exp(-(v/vs)^2))

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The motion in a recording: the rate of the joint in each tick, and the motion of the base.
 //
 // Friction follows the joint, inertia follows the inertial rate. The encoder is the better sensor of fast motion: a

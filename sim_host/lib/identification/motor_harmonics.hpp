@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The motor's deviation from Kt times current: ripple, in proportion to the torque, and cogging, both periodic in the
 // angle.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The noise of the residuals as an autoregressive process, and the filter that makes it white.
 //
 //   e_k = r_k + a_1 r_(k-1) + ... + a_p r_(k-p)

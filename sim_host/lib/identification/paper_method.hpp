@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's own identification, section II: steady speeds for the Stribeck curve, eqs (4)-(7); the slope in
 // pre-sliding for sigma0, eq. (16); an assumed damping ratio for sigma1, eq. (15).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Terms that may depend on the joint angle, as far as the travel can resolve them.
 //
 // Over (nearly) a whole turn: once and twice per turn. Over less, these cannot be distinguished, and a straight line

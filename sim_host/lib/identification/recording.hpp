@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The servo's recording of the commissioning experiments: one row per 1 ms tick.
 //
 // A recording is columns of equal length. Rows are one tick apart. Where they are not, a new stretch begins, because

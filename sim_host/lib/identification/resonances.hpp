@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Resonances of the structure: peaks of the measured frequency response beyond the rigid body that was identified.
 //
 //     H(jw) = exp(-jw delay) / (J jw / R(jw) + sigma2),   R = 1 for a rigid body

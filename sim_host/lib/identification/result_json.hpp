@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The result of an identification as JSON and its residuals as CSV; docs/identification.md describes both.
 #ifndef TRACKSERVO_IDENTIFICATION_RESULT_JSON_HPP
 #define TRACKSERVO_IDENTIFICATION_RESULT_JSON_HPP

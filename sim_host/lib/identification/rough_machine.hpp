@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The result of a first look at a machine, good to a factor of two: it sizes the test plan that finds the rest.
 #ifndef TRACKSERVO_IDENTIFICATION_ROUGH_MACHINE_HPP
 #define TRACKSERVO_IDENTIFICATION_ROUGH_MACHINE_HPP

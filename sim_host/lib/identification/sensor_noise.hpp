@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Noise of a sensor from its recorded values alone, while the axis moves.
 #ifndef TRACKSERVO_IDENTIFICATION_SENSOR_NOISE_HPP
 #define TRACKSERVO_IDENTIFICATION_SENSOR_NOISE_HPP

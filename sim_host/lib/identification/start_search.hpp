@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Start of the joint fit when wind hides the results of the paper's method.
 //
 // With the bristles' length L = Tc/sigma0 and the Stribeck speed given, and bristles that bend alike at all speeds,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Steady friction of one direction from torques at constant speeds, eqs (4)-(7): least squares for eq. (5).
 #ifndef TRACKSERVO_IDENTIFICATION_STRIBECK_FIT_HPP
 #define TRACKSERVO_IDENTIFICATION_STRIBECK_FIT_HPP

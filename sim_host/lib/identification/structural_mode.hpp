@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Resonances of the structure beyond the rigid body; identification finds them, gains are designed with them.
 #ifndef TRACKSERVO_IDENTIFICATION_STRUCTURAL_MODE_HPP
 #define TRACKSERVO_IDENTIFICATION_STRUCTURAL_MODE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The balance of torques on the axis, eq. (6), along a recording, and its derivatives by all parameters.
 //
 //   residual = torque(t - delay) + spread d2torque/dt2 - J dw/dt - Tf(joint rate) - load(angle)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window through which torque and motion are compared, so that no signal is differentiated twice.
 //
 // The second difference of the angle over +-T is, exactly, the acceleration under a triangle of width 2 T:

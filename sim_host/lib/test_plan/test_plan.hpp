@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The motions of an axis that is to be identified: which experiments of firmware/commissioning at which places of the
 // travel.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A test plan as the file that servoctl executes. Keys are the fields of object 2100, in its units; fields that a kind
 // of experiment does not use are left out.
 #ifndef TRACKSERVO_TEST_PLAN_TEST_PLAN_JSON_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "test_plan/test_plan_text.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A test plan as text, shown before an axis moves: what, where, how fast, how strong, how long.
 #ifndef TRACKSERVO_TEST_PLAN_TEST_PLAN_TEXT_HPP
 #define TRACKSERVO_TEST_PLAN_TEST_PLAN_TEXT_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Speed of the simulator, and cost of a firmware tick on this host. Prints a measurement; it is not a test.
 #ifndef TRACKSERVO_SIM_ANALYSIS_BENCHMARK_HPP
 #define TRACKSERVO_SIM_ANALYSIS_BENCHMARK_HPP

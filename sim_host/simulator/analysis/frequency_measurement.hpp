@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loop gain as an engineer measures it on the machine: a multisine torque is added behind the controller while the
 // axis turns at constant rate (or rests). Noise, friction, quantisation and coupling stay as they are.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loop gain of an axis measured on the simulated machine, in the band that decides its margins.
 #ifndef TRACKSERVO_SIM_ANALYSIS_MARGIN_MEASUREMENT_HPP
 #define TRACKSERVO_SIM_ANALYSIS_MARGIN_MEASUREMENT_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures of merit of one run, always computed from the plant's true state, never from a sensor.
 //
 // Windows are half-open intervals [begin_s, end_s) of the trace's time. A window without rows gives NaN, which the

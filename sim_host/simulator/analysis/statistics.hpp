@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Statistics of one figure over its seeds.
 //
 // Every function takes at least one value; the input is not sorted or changed.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Did the axes of a run follow their commands? A run of a machine that its motor cannot turn, or whose sensors give no
 // signal, has figures like any other. They are meaningless, and a script must be able to detect this.
 //

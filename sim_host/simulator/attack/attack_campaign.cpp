@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "attack/attack_campaign.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Many seeds of random legal writes, and what they did.
 #ifndef TRACKSERVO_SIM_ATTACK_ATTACK_CAMPAIGN_HPP
 #define TRACKSERVO_SIM_ATTACK_ATTACK_CAMPAIGN_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One attacked machine: a master moves both axes and writes legal values, and the run reports the harm that this did.
 #ifndef TRACKSERVO_SIM_ATTACK_ATTACK_RUN_HPP
 #define TRACKSERVO_SIM_ATTACK_ATTACK_RUN_HPP

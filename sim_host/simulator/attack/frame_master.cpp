@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "attack/frame_master.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A CANopen master on the frame interface of a driven node: SDO writes one after the other, and any other frame.
 #ifndef TRACKSERVO_SIM_ATTACK_FRAME_MASTER_HPP
 #define TRACKSERVO_SIM_ATTACK_FRAME_MASTER_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a machine can hurt anybody: speed and force at each contact with an end stop, axes that run away, values that
 // are not numbers.
 #ifndef TRACKSERVO_SIM_ATTACK_MOTION_JUDGE_HPP

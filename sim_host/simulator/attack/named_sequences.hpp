@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Known attacks by legal writes, each on both axes and towards both ends of the travel.
 #ifndef TRACKSERVO_SIM_ATTACK_NAMED_SEQUENCES_HPP
 #define TRACKSERVO_SIM_ATTACK_NAMED_SEQUENCES_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An image processor whose target leads the axes at random, and whose frames are often wrong: of any age, repeated,
 // with counters that jump, without a target, or missing.
 //

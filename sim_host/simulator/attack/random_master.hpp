@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A master that moves the axes, mostly towards the ends of their travel, and then writes whatever is legal.
 #ifndef TRACKSERVO_SIM_ATTACK_RANDOM_MASTER_HPP
 #define TRACKSERVO_SIM_ATTACK_RANDOM_MASTER_HPP

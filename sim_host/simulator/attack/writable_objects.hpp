@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The objects of the node that a master may write without unlocking anything, and random values of them.
 #ifndef TRACKSERVO_SIM_ATTACK_WRITABLE_OBJECTS_HPP
 #define TRACKSERVO_SIM_ATTACK_WRITABLE_OBJECTS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The two axes of the tracker and the two clocks of the simulation.
 //
 // Azimuth carries pitch; both are indexed everywhere by AxisIndex. The plant advances by PWM periods; the slow parts

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether two files or settings are the same, without a copy of them.
 #ifndef TRACKSERVO_SIM_BASE_CHECKSUM_HPP
 #define TRACKSERVO_SIM_BASE_CHECKSUM_HPP

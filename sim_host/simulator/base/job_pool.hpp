@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs independent jobs on a few threads and reports progress; the first exception ends the batch and is rethrown.
 #ifndef TRACKSERVO_SIM_BASE_JOB_POOL_HPP
 #define TRACKSERVO_SIM_BASE_JOB_POOL_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Results as JSON files.
 #ifndef TRACKSERVO_SIM_BASE_JSON_FILE_HPP
 #define TRACKSERVO_SIM_BASE_JSON_FILE_HPP

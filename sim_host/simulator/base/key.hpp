@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Description of one key of a configuration file: name, unit, range, default, meaning, and the destination of its
 // value.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Progress of a long job, and an estimate of the time left.
 //
 // On a terminal one line is rewritten. Elsewhere (a file, a log of CI) each report is a new line: one when a part is

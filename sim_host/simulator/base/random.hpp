@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Seeded random streams of the simulated machine.
 //
 // Every noise source owns a stream; a stream is the run's seed and the source's name, mixed by splitmix64 (Steele,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A campaign's results in a CSV file, one line per seed: appended while it runs, and read when it is continued.
 //
 // Line 1 is a comment with the program and what its results depend on, line 2 names the columns.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An entry of the process for frames: a socket, a pseudo terminal, a kernel CAN interface.
 //
 // An end owns one or more ports of a VirtualBus and moves frames between them and the outside. The owner of the bus

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bus/can_bit_time.hpp"
 
 #include <cstdint>

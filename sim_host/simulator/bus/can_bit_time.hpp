@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long a frame occupies the bus, to the bit.
 //
 // ISO 11898-1: the bits from start of frame to the end of the CRC are stuffed after five equal ones; CRC delimiter,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An SLCAN session on a file descriptor, as one port of the bus.
 //
 // The descriptor is a TCP connection or the master of a pseudo terminal; see slcan_session.hpp for the protocol. When a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SLCAN on a pseudo terminal, for programs that need a serial device.
 //
 // python-can: interface="slcan", channel="/dev/pts/N"; Linux: slcand -o -s8 /dev/pts/N. One terminal serves one client;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One client of the serial-line CAN protocol: text in, frames out, and back.
 //
 // Lawicel ASCII commands as python-can, Linux slcand and SavvyCAN speak them (O L C S s t T r R V N F Z, answers CR or

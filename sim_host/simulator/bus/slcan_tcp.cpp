@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bus/slcan_tcp.hpp"
 
 #include <netinet/in.h>

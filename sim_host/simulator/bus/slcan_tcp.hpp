@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SLCAN over TCP: any number of clients at once, each a node of its own on the bus.
 //
 // python-can: interface="slcan", channel="socket://127.0.0.1:PORT". Port 0 selects a free one; address() returns it.

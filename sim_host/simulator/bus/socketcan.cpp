@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bus/socketcan.hpp"
 
 // The kernel's header has its own `struct can_frame`; here it gets another name.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A CAN interface of the Linux kernel as one port of the bus.
 //
 // SocketCAN raw socket (Linux documentation, networking/can.rst) with error frames on: it reports bus-off, recovery and

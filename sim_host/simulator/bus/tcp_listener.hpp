@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A TCP port of this computer on which clients are accepted.
 #ifndef TRACKSERVO_SIM_BUS_TCP_LISTENER_HPP
 #define TRACKSERVO_SIM_BUS_TCP_LISTENER_HPP

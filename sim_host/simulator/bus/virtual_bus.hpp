@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A CAN bus inside the process, with as many nodes as it has ports.
 //
 // As on the wire (ISO 11898-1), each port has a queue, the lowest identifier among their heads wins, and a frame

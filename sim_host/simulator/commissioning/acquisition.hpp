@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a test plan on a simulated machine and records it.
 //
 // These are the experiments of the device, in the firmware's own tick, without a bus and at full computer speed. The

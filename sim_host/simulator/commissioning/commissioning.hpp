@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole commissioning of one axis of a simulated machine: first look, test plan, chirps for the structure, fit.
 // The same as `servoctl identify` on a real one, at the computer's full speed.
 #ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSIONING_HPP

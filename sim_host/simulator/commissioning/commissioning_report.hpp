@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Results of commissioning, for people and as files.
 #ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSIONING_REPORT_HPP
 #define TRACKSERVO_SIM_COMMISSIONING_COMMISSIONING_REPORT_HPP

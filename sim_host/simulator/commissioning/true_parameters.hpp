@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The true parameters of a simulated axis, as identification names them.
 #ifndef TRACKSERVO_SIM_COMMISSIONING_TRUE_PARAMETERS_HPP
 #define TRACKSERVO_SIM_COMMISSIONING_TRUE_PARAMETERS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gains for a commissioned axis, designed from the identified parameters and verified on the machine, like `servoctl
 // tune`.
 #ifndef TRACKSERVO_SIM_COMMISSIONING_TUNED_GAINS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Errors in command-line arguments, found before any work is done. Each function returns one sentence, or nothing when
 // there is no error: the form that CLI11's validators need.
 #ifndef TRACKSERVO_SIM_CONFIG_ARGUMENTS_HPP

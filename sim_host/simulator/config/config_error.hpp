@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The only error type of the configuration files.
 //
 // Its text is "file:line: key: reason, what would be right", for example

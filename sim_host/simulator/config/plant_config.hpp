@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All contents of a plant file, in SI units (the file's own units are in its key names).
 //
 // A plant is two axes (inertia, motor, friction, loads, sensors), what they share (supply, PWM, ADC, base) and the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The keys of a plant file, one list per table, without those of the sensors (sensor_suite.hpp). The only description
 // of them; see key.hpp.
 #ifndef TRACKSERVO_SIM_CONFIG_PLANT_KEYS_HPP

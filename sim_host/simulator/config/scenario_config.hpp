@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All contents of a scenario file, in SI units: the reference, its duration, and the analysis.
 //
 // One scenario holds one or several cases (speeds). A run lasts `duration_s`; errors count from `settle_s` after the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Positions of the keys of a configuration file, for errors that appear only when values are combined: a requirement
 // that no controller can meet, a scenario that does not fit the plant.
 //

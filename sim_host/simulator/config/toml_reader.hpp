@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads a TOML file key by key by the key tables, and refuses errors with file, line, key, reason and remedy.
 //
 // Types are strict (a number may be written as an integer), numbers must be finite and within the key's range, every

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a plant's numbers and its design requirements to the firmware's parameters, for each compared controller.
 //
 // All controllers share the PI, the sensors, the acceleration feedforward and the limits; they differ only as their

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Do the requirements of a plant file suit the machine? Refuses loops that would be unstable, and warns of those close
 // to it.
 //

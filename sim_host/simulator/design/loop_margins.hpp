@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distance of a speed loop from instability on a simulated plant, computed from its difference equations and the
 // plant's numbers.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "design/plant_remedy.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds the number of a plant file that has to change so that a controller can be designed, when none can be.
 //
 // A file with inconsistent numbers has no single wrong key. So each number that the design depends on is changed alone,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The result of an error-free identification of a simulated axis.
 #ifndef TRACKSERVO_SIM_DESIGN_TRUE_PLANT_HPP
 #define TRACKSERVO_SIM_DESIGN_TRUE_PLANT_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A CANopen client on the virtual bus, limited to the needs of the servo's tests: NMT, expedited SDO, the two axes'
 // states, both speed set-points in one RPDO, and the node's own messages (heartbeat, EMCY).
 #ifndef TRACKSERVO_SIM_DEVICE_CAN_CLIENT_HPP

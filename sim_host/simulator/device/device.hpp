@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The servo on its CAN bus, with the machine under it. Two kinds: the firmware that is compiled into this program
 // (device/simulated_device.hpp), and the flash image on the emulated chip (emulator/board/board_device.hpp).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The servo's node on a simulated machine, driven through its objects as a master would, without a bus between them.
 #ifndef TRACKSERVO_SIM_DEVICE_DRIVEN_NODE_HPP
 #define TRACKSERVO_SIM_DEVICE_DRIVEN_NODE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parameter flash of a simulated board: two areas of four pages of 2 KiB for the parameter store and one of two for
 // node id and bit rate, in memory, and in a file if one is named.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a node starts with: parameters, limits and scales, from a plant or as the product is delivered.
 #ifndef TRACKSERVO_SIM_DEVICE_NODE_SETUP_HPP
 #define TRACKSERVO_SIM_DEVICE_NODE_SETUP_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The firmware that is compiled into this program, on a port of a bus, with a simulated machine under it.
 #ifndef TRACKSERVO_SIM_DEVICE_SIMULATED_DEVICE_HPP
 #define TRACKSERVO_SIM_DEVICE_SIMULATED_DEVICE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "device/tracking_on_bus.hpp"
 
 extern "C" {

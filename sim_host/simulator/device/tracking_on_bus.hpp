@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the axes of a node track, from outside: its TPDO1 and TPDO2 with the mapping as delivered (docs/can.md). A
 // frame of another length has another mapping, and tells nothing: that axis does not track.
 #ifndef TRACKSERVO_SIM_DEVICE_TRACKING_ON_BUS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far an axis moves from the detection of a fault until it stands still.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_BRAKING_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_BRAKING_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where each fault of the firmware's table is tested: its injections in `sim_host faults`, and the other tests.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_FAULT_ACCOUNT_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_FAULT_ACCOUNT_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fault injections: how each is made in the simulation, and how the firmware must react.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_FAULT_INJECTION_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_FAULT_INJECTION_HPP

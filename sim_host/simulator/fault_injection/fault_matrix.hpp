@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every fault injection in every motion at random instants on both axes, and whether the firmware meets its
 // requirements.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_FAULT_MATRIX_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A file with a schedule of fault injections, and a run of it.
 //
 //   motion = "20 deg/s"        # standstill, 1 deg/s, 20 deg/s, reversal or tracking; both axes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One fault injection, once: in one motion, at one instant, on one axis of a machine with all its noise and wind.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_TRIAL_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_TRIAL_HPP

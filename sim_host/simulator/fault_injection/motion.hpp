@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The motions in which faults are injected.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_MOTION_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_MOTION_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random gains that are in range and unstable: the device refuses them, and takes them back when they were applied in
 // spite of that.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_SHAKING_GAINS_HPP

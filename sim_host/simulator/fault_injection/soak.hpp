@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hours of operation with all noise and wind and without fault injection: no fault may be detected.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_SOAK_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_SOAK_HPP

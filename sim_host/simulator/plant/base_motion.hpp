@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rotation of the base on which the tracker stands, as on a vehicle or a ship: a sum of sines about three axes.
 // Together with base_sway.hpp, the small sway of a mast, which is added about the axes of the joints.
 //

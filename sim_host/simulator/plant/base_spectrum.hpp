@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A spectrum of base motion as a sum of sines.
 //
 // The band is divided into parts of equal ratio. Each part is one sine, whose power is the integral of the density over

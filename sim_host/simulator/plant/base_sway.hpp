@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Angular sway of the base under one axis: a mast or vehicle resonance driven by white noise.
 //
 // Angle and rate are exact at the ticks (shaped_noise.hpp). Within a tick the angle is the cubic through the angle and

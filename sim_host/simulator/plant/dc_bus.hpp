@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bus that feeds both bridges: the supply alone, or a supply that gives current but takes none, with a capacitor
 // and an optional brake resistor.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gravity torques of off-centre masses on a base that may be tilted.
 //
 //   U = G_p (sin p cos t + cos p sin t cos(a - d)) + G_a sin t cos(a - d - phase_a),   p = pitch + phase_p

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spring-applied holding brake on a joint: springs close it, a coil with current opens it.
 //
 // A closed brake is dry friction of up to its torque in addition to the seal's. It holds the joint while all other

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The mechanics of an axis, or of both side by side (lanes.hpp): joint rate, friction memory and end stop advanced
 // together over one PWM period.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers of both axes side by side: one operation computes both, each exactly as it would compute one alone.
 //
 // Code that is written for a `Real` is compiled for one axis (double) and for both (Pair). A comparison of two Reals

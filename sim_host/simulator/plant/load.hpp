@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Torques on one axis from outside: wind, cable and broad-band noise.
 //
 //   load = wind_mean + gust(t) + cable_stiffness (angle - neutral) + noise(t)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LuGre seal friction for the plant, eqs (1)-(3), solved together with the joint rate.
 //
 //   Tf = s0 z + s1 dz/dt + s2 v,   dz/dt = v - N(v, z),   N = s0 |v| z / g(v)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Generalised Maxwell-slip friction, the plant's second friction model (Lampaert, Al-Bender, Swevers 2003).
 //
 // N spring-slider elements in parallel, friction is the sum of their forces plus the viscous part:

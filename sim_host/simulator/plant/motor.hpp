@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Brushed (or sinusoidally commutated) DC torque motor with its bridge.
 //
 //   L di/dt = u - R i - Ke w,   torque = Kt i (1 + sum f_h cos(h angle + phase)) + sum c_h sin(h angle + phase)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // White noise through a second-order filter, sampled without discretisation error.
 //
 //   dx/dt = A x + b w,  output x[0] with a given rms;  x_{k+1} = Phi x_k + S n_k,  Phi = e^(A dt),

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Stribeck curve, eq. (3): g(v) = Tc + (Ts - Tc) exp(-(v/vs)^2), and its slope.
 //
 // Both friction models of the plant use this level, so that they agree in steady sliding.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A part of the axis' inertia behind a spring: the single resonance of a two-mass machine.
 //
 //   Jl dwl/dt = -k phi - d (wl - w) - Jl a_base,   dphi/dt = wl - w,   torque on the joint = k phi + d (wl - w)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The simulated machine: two motor-driven axes with seals, loads, a swaying base, and the sensors on them.
 //
 //   J_az(pitch) = J0 + J1 cos^2(pitch),  T = (J_az w_az^2 + J_p w_p^2) / 2,  U = gravity of the off-centre masses

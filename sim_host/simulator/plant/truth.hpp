@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The true state of the simulated machine, and the readings of its electronics.
 //
 // Errors are measured on TruthState; controllers get only TickSamples and PwmSample. Signs: positive torque of the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensors with the faults of `BadReadings`: slow, stale, intermittent, garbage.
 #ifndef TRACKSERVO_SIM_RUN_BAD_SENSORS_HPP
 #define TRACKSERVO_SIM_RUN_BAD_SENSORS_HPP

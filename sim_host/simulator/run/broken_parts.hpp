@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Injected faults of a simulated machine: the HAL's functions and the bridge read them.
 //
 // There is none by default. Faults are injected and removed between two ticks, through `Machine::broken`.

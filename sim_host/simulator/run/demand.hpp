@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Demands of a plant's numbers on its motor and its sensors, each by itself: the largest demand is the first suspect
 // when an axis cannot be controlled.
 #ifndef TRACKSERVO_SIM_RUN_DEMAND_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One simulated tracker with the firmware on it: the host end of the HAL.
 //
 // The firmware's functions run in the board's order: PWM period 0, the tick, PWM periods 1 to 19. The firmware's motor

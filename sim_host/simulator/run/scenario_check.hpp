@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Does a scenario make sense on a plant? Checks that need both files: travel, torque, speed, course of the target.
 //
 // A meaningless run is refused at the line of the key. An unusual one (the motor too weak, the end stop in the path) is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs one case of a scenario on a machine with given firmware parameters.
 #ifndef TRACKSERVO_SIM_RUN_SCENARIO_RUN_HPP
 #define TRACKSERVO_SIM_RUN_SCENARIO_RUN_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The order of one tick, the same on board and simulator: PWM period 0, the tick, PWM periods 1 to 19.
 #ifndef TRACKSERVO_SIM_RUN_TICK_SEQUENCE_HPP
 #define TRACKSERVO_SIM_RUN_TICK_SEQUENCE_HPP

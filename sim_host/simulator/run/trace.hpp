@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The record of one run: one row per 1 ms tick, both axes, SI units.
 #ifndef TRACKSERVO_SIM_RUN_TRACE_HPP
 #define TRACKSERVO_SIM_RUN_TRACE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The converter that reads a motor's current and the bus voltage.
 //
 //   reading = quantise(clip(value + offset + noise)), step = full range / 2^bits; current range +-full scale

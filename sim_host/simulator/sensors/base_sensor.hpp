@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An inertial sensor on the base, as an inertial navigation system of a vehicle or ship has one: its rates as the
 // messages of one PDO (objects 3076:1 to :4).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tracking camera: measures the target's offset from the optical axis, with delay and noise.
 //
 // At every frame (50 Hz) it takes the place of the target in the picture, turns it into pixels of 11.499 urad, adds

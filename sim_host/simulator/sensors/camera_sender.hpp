@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The image processor's end of the bus: a result of the camera as the frame of one PDO (objects 3070:1 to :5).
 //
 // Errors count 1 urad (3071:1 as by default), beyond +-32.767 mrad they are clipped. The time is the age of the

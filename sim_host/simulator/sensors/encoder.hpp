@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Absolute angle encoder of one joint.
 //
 //   reading = quantise(angle(t - latency) + e sin(angle + phase) + jitter), resolution 2^bits per turn

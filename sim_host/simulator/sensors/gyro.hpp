@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rate gyro of one axis (fibre-optic class): measures an inertial rate.
 //
 //   reading = clip((1 + scale) F{rate}(t - latency) + bias + F{noise})

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A delay line: stores a signal at every PWM period and returns it a fixed latency later.
 //
 // Linear between the stored values. Used for the latency of encoder and gyro.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // First- or second-order low-pass of unit gain, discretised exactly.
 //
 //   order 1: 1 / (1 + s/w),   order 2: 1 / (1 + sqrt(2) s/w + (s/w)^2),   w = 2 pi bandwidth (the -3 dB point of both)

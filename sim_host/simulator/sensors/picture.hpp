@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a target appears in the picture of a camera on two joints, by rotation matrices in double. It judges the
 // firmware's geometry (firmware/control/line_of_sight.h), so it shares nothing with it.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the tracking camera sees: grey pictures of a UAV in front of sky and ground, from the true line of sight.
 //
 //   background   sky with faint clouds above `horizon_rad`, textured ground below it; both stand still on the ground

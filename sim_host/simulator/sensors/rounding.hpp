@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rounding to whole codes, without a library call and without a branch.
 #ifndef TRACKSERVO_SIM_SENSORS_ROUNDING_HPP
 #define TRACKSERVO_SIM_SENSORS_ROUNDING_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the senders of measured values on the bus share: their words in a frame, and the mapping that takes them.
 #ifndef TRACKSERVO_SIM_SENSORS_SENDER_MAPPING_HPP
 #define TRACKSERVO_SIM_SENSORS_SENDER_MAPPING_HPP

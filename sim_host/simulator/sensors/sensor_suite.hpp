@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All sensors of one axis that the firmware samples once per tick: their configurations, their tables in a plant file
 // and their models. The only list of them.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A target and the camera that looks at it, for those who observe them in every tick of 1 ms.
 #ifndef TRACKSERVO_SIM_SERVE_SCENE_HPP
 #define TRACKSERVO_SIM_SERVE_SCENE_HPP

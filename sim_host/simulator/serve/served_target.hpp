@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A target in front of a served machine, and who observes it: `sim_host serve --target SCENARIO`.
 //
 // The target waits at the scenario's start until an axis follows it (3072:5 or :6 is 2 or more). Then it flies for

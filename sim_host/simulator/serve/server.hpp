@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Devices as CANopen nodes on a bus for clients: `sim_host serve`.
 //
 // It runs until SIGINT or SIGTERM. Standard input is read only on request, because a background job of a script or of a

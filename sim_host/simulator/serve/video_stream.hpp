@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pictures of the simulated camera as a stream over TCP: `sim_host serve --video pgm-tcp:PORT`.
 //
 // A client gets grey PGM pictures (P5, 8 bits), one after the other, as netpbm allows. Two comment lines of each say

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random manoeuvres of a target that evades: its acceleration always has the same size, and jumps to another direction
 // at random times.
 //

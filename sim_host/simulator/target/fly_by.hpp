@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Line of sight to a UAV that flies past: a straight course plus sinusoidal weaving to the side and up, and evasion.
 //
 //   p(t) = p0 + v t + across * A1 sin(2 pi t / T1) + up * A2 sin(2 pi t / T2) + evasion(t)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An image processor that looks at a target through a pinhole camera on both joints. What it finds it gives as the
 // frames of one PDO.
 #ifndef TRACKSERVO_SIM_TARGET_TARGET_CAMERA_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "studies/base_motion/base_motion.hpp"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A base that turns, as on a vehicle or a ship: what is left of it in the line of sight.
 //
 //   tracking   both axes track a target that stays where it is, by the camera and by gyros on the line of sight, while

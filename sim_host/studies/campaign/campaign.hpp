@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All experiments of the paper, with every controller, both friction models and several seeds: the main job.
 //
 // A campaign is a list of studies; each is run for every friction model, controller, case and seed, spread over

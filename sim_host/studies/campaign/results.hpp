@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // results.json: the campaign as data. The format is described field by field in
 // tools/report/trackservo_report/results.schema.json.
 #ifndef TRACKSERVO_SIM_STUDIES_CAMPAIGN_RESULTS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "studies/identification_value/identification_value.hpp"
 
 #include <fmt/format.h>

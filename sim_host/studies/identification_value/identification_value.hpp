@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The value of identification: the compensated figures of the first table of docs/results.md with friction parameters
 // that were identified, that are the plant's own, and that are each wrong by a share.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "studies/margins/margin_study.hpp"
 
 #include <fmt/format.h>

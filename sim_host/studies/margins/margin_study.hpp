@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stability margins of every controller on every plant: computed from the difference equations, and measured on the
 // simulated machine with all its noise. It shows the cost of the observer's bandwidth.
 #ifndef TRACKSERVO_SIM_STUDIES_MARGINS_MARGIN_STUDY_HPP

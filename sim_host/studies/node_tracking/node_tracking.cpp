@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "studies/node_tracking/node_tracking.hpp"
 
 #include <fmt/format.h>

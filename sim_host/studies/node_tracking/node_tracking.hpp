@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tracking in the running node: frames of the camera arrive as PDOs, and both axes are in mode -1. Beside it the same
 // target in `sim_host run`, which hands the frames over without a bus.
 //

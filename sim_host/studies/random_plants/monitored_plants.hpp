@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Does any monitor of the device trip on a machine that is in order? Random plants with the gains, motor data and
 // limits of the nominal one do everything that a user does with a machine: operation, the motions of the paper's
 // experiments, identification and tuning. A fault in the log of the device is a false trip.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A machine as manufactured: every number of the plant deviates by up to a share of itself.
 //
 // Numbers are identified by their keys of the plant file. A key without a tolerance keeps its value: counts (bits,

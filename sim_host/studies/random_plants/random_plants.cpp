@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "studies/random_plants/random_plants.hpp"
 
 #include <fmt/format.h>

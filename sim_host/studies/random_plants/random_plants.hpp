@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Does a controller designed for one machine work on all others of its type? A thousand random plants with the gains
 // that were identified for the nominal one, at steady speed.
 //

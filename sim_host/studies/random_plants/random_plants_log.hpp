@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Results of random plants as lines of a log, and the seeds that one or several logs have.
 #ifndef TRACKSERVO_SIM_STUDIES_RANDOM_PLANTS_RANDOM_PLANTS_LOG_HPP
 #define TRACKSERVO_SIM_STUDIES_RANDOM_PLANTS_RANDOM_PLANTS_LOG_HPP

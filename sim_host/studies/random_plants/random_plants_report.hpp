@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Results of the random plants, in numbers, for people and as files.
 #ifndef TRACKSERVO_SIM_STUDIES_RANDOM_PLANTS_RANDOM_PLANTS_REPORT_HPP
 #define TRACKSERVO_SIM_STUDIES_RANDOM_PLANTS_RANDOM_PLANTS_REPORT_HPP

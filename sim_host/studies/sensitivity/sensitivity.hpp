@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The effect of our choices: the same runs with one choice changed, or with one disturbance switched off.
 //
 // Some choices of plant, scenario and design were made after the compensated figures had been seen (decision 0006). So

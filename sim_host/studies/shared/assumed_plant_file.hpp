@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Both identified axes of a plant in one file, so that many calls and machines need one identification.
 //
 // The file holds the two result.json of the identification, and names the commit and the plant file that they belong

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The best possible PI, as the opponent of our controllers: found by search, within the margins that they keep.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every study is run with: folders, seeds, threads.
 #ifndef TRACKSERVO_SIM_STUDIES_SHARED_CAMPAIGN_OPTIONS_HPP
 #define TRACKSERVO_SIM_STUDIES_SHARED_CAMPAIGN_OPTIONS_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The figures of one case under one controller, over all seeds: a row of the results.
 #ifndef TRACKSERVO_SIM_STUDIES_SHARED_CELL_HPP
 #define TRACKSERVO_SIM_STUDIES_SHARED_CELL_HPP

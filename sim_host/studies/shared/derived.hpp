@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures that compare two cells: the reduction relative to PI alone, and the overshoot relative to that of the
 // friction-free machine, as a difference and as a ratio.
 #ifndef TRACKSERVO_SIM_STUDIES_SHARED_DERIVED_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An experiment of the paper: one folder below sim_host/studies with scenario.toml and experiment.toml.
 //
 // experiment.toml holds what the simulator and the report must know: plant, controllers' loops, figures of merit, the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Judges a row of the result table by the goals and the paper's figures of its experiment.
 #ifndef TRACKSERVO_SIM_STUDIES_SHARED_GOALS_HPP
 #define TRACKSERVO_SIM_STUDIES_SHARED_GOALS_HPP

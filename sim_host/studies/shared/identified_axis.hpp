@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The basis of a campaign's controllers: each axis identified once, in a noisy run of its commissioning.
 #ifndef TRACKSERVO_SIM_STUDIES_SHARED_IDENTIFIED_AXIS_HPP
 #define TRACKSERVO_SIM_STUDIES_SHARED_IDENTIFIED_AXIS_HPP

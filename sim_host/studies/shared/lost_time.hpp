@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long a target is lost: from the first time at which the line of sight is more than kLost_rad off, to the last.
 //
 // The time-optimal plan of the azimuth follows the target until it needs more than a limit of rate or acceleration,

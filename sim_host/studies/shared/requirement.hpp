@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A requirement beside what was measured, seed by seed: a row of the list `requirements` of results.json.
 //
 // Every study that judges its figures adds its rows to the file that `sim_host experiments` wrote. The worst seed

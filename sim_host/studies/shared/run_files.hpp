@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The CSVs of a campaign's runs: their names, and their number of rows.
 #ifndef TRACKSERVO_SIM_STUDIES_SHARED_RUN_FILES_HPP
 #define TRACKSERVO_SIM_STUDIES_SHARED_RUN_FILES_HPP

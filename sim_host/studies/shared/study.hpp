@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A study is one scenario on one plant: the unit in which controllers are compared.
 //
 // `run_case` runs one case of it, `measure` computes the figures of merit of the run; `best_pi` finds the PI that does

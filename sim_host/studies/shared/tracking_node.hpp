@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The servo's node while it tracks: a simulated machine, an image processor that sends frames of a scenario's target,
 // and both axes in mode -1.
 #ifndef TRACKSERVO_SIM_STUDIES_TRACKING_NODE_HPP

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "studies/straight_passes/straight_passes.hpp"
 
 #include <fmt/format.h>

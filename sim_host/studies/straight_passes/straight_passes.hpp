@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Straight passes over the tracker: how well both axes together hold the line of sight, at several elevations of the
 // closest approach, and how long the target is lost where the azimuth cannot turn fast enough.
 //

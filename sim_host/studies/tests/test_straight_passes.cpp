@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The study of straight passes: its time-optimal plan, its judgement, and one seed of the passes with a goal.
 #include "studies/straight_passes/straight_passes.hpp"
 

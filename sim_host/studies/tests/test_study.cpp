@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The figures of a study, the changes of a variation, and the names of a campaign's files.
 #include "studies/shared/study.hpp"
 

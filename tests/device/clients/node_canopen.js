@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // node-canopen (npm: canopen) with its own time-outs, of which that of an SDO transfer is 30 ms. Argument: HOST:PORT of an
 // SLCAN adapter. Prints a JSON object for each step, as python_canopen.py does.
 'use strict';

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """python-canopen and its p402 with their own time-outs: a user's first program. Arguments: the EDS and HOST:PORT.
 
 Prints a JSON object for each step: its name, what went wrong, and the node's time over the computer's.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """node-canopen with its own time-outs, from third_party/node_canopen. It has 30 ms for an SDO transfer."""
 
 import functools

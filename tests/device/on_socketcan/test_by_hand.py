@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The session of docs/can.md with can-utils alone, exactly as on the page. Needs vcan0: see tests/socketcan.
 
 Each `sh` block of the section "By hand" is run; candump must print the lines of the `text` block after it.

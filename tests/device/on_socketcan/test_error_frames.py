@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Error frames of the CAN controller, and an interface that goes down and up. Needs vcan0.
 
 A vcan has no wire that could fail, but it passes on error frames that can-utils sends like a driver.

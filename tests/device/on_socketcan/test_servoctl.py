@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl on a real SocketCAN interface: look, change, move, undo. Needs vcan0."""
 
 import json

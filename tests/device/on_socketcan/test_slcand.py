@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Linux' own slcand makes a CAN interface from the simulator's terminal, as docs/can.md shows. Needs slcan in the
 kernel."""
 

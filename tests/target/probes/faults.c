@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A bus fault with its own handler, an undefined instruction without one, and the state after each. */
 #include "probe.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* An interrupt that uses the FPU between two instructions that do: nothing of the interrupted context may change. */
 #include "probe.h"
 

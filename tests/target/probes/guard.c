@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A region without access below the RAM: which accesses are refused inside it, below it, and with the MPU off. */
 #include "probe.h"
 

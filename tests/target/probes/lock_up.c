@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A fault in the HardFault handler: the core locks up. */
 #include "probe.h"
 

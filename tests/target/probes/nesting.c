@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Three interrupts of rising priority: each pends the next one and is preempted by it; then tail-chaining by equal
  * priority, and the masks. */
 #include "probe.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the probes share: a log of words that the test reads, and the core's registers. */
 #ifndef TRACKSERVO_TARGET_PROBES_PROBE_H
 #define TRACKSERVO_TARGET_PROBES_PROBE_H

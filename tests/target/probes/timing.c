@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* SysTick every 1,000 cycles from sleep, and the cost of known loops on the cycle counter. */
 #include "probe.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The image's own tools, and the built image: version block, vectors, and what the budget detects."""
 
 import pathlib

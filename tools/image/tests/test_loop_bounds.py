@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which loops end by themselves, and the requirements for the others."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Option bytes: what tools/image/board writes to a chip as delivered and to one that is already protected."""
 
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The image processor of a trackservo: pictures in, camera frames on CAN out."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A camera of Video4Linux, and what may be asked of it."""
 
 from __future__ import annotations

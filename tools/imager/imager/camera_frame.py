@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The camera frame of docs/can.md: what the imager sends, and how the node is prepared to take it."""
 
 from __future__ import annotations

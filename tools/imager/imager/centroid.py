@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The centroid of one object in a window, with the noise that it must have.
 
 The background of a pixel is the median of its surroundings, which are larger than the object: so the edge between sky and

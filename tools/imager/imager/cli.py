@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command `imager`: one source, one node; errors are one sentence and exit code 2."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds an object that stands out from its surroundings, anywhere in the picture, without learned weights.
 
 At each size (the picture is halved from size to size) a pixel is compared with the mean of its surroundings, in

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the user can repair: one sentence, exit code 2."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Follows one object from picture to picture: found, followed, lost, found again.
 
     searching   the detector reads the whole picture; an object seen in CONFIRMED pictures in a row is the target

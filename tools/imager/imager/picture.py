@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A picture with the time of its exposure, and the optics that turn its pixels into tangents."""
 
 from __future__ import annotations

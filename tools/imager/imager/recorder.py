@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes a video with the target's box, its error and the quality: the picture that a window would show.
 
 A video has one size, that of the first picture. Others are scaled into it, with black bars where their sides have

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where pictures come from: a camera, a video file, a folder, a URL, or the simulator.
 
 A thread reads; whoever takes pictures gets the newest one, so that a slow computer loses pictures instead of time.

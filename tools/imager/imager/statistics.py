@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures of a run: delay, errors, noise; printed each second and at the end. A run may last for months: the shares of delay and
 noise are those of the newest pictures, everything else is of all.
 """

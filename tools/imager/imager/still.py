@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures in files of their own (PNG, TIFF, PGM ...): a folder of them, or the pages of one TIFF file."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of a video file or of a stream on the network, decoded by FFmpeg (PyAV) with all their bits and their times."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scale of each picture, also when a stream changes the size of its pictures."""
 
 from __future__ import annotations

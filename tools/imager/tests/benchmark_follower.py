@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time that the follower takes for a picture of 640 x 480 pixels, by what it does: search, centroid, correlation tracker.
 
 The target flies from sky into clutter, as in test_follower.py, 20 times. Not a test: prints milliseconds of this computer and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The programs under test, and a served servo.
 
 SERVOCTL_TEST_DEVICE selects the servo as for the tests of servoctl: `sim`, or `image` for the tests that are marked

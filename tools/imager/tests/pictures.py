@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Synthetic pictures whose target is exactly where it is said to be."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A camera of Video4Linux: what is asked of it, and what it gives. A stand-in for OpenCV's takes the place of a real one."""
 
 from __future__ import annotations

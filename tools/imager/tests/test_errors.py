@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Without a camera, a video, pictures or a bus: one sentence and exit code 2. And what a video becomes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finding, following, losing and finding again; the accuracy of the centroid."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures as cameras and programs write them: at their own times, of changing size, with more than 8 bits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the imager sends, as the node understands it: by the dictionary that its build describes, and by the node."""
 
 from __future__ import annotations

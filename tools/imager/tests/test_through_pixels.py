@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The whole path: rendered pictures, imager, CAN, node, simulated machine.
 
 IMAGER_TEST_SECONDS sets how long the target is followed, IMAGER_TEST_SEEDS which seeds of the simulator's noise are run

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pictures of `sim_host serve --video`: numbers, times, and that simulated time does not wait for their reader."""
 
 from __future__ import annotations

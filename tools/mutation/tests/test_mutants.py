@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which mutants are drawn, and how the list of equivalent ones follows the source."""
 
 import datetime

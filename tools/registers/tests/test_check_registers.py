@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The check of the registers accepts the headers as they are, and finds errors put into them."""
 
 import pathlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fixtures: an invented results folder, and a way to spoil a copy of it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes a small invented results folder that follows the contract, for developing and testing the report.
 
 Run as `python make_sample.py DIR`. The numbers are made up; nothing here is a result.

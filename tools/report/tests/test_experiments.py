@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The experiments' folders: their order and plots, the texts with numbers, and the refusals."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bad input: exit code 2 and one sentence that names the file and the reason."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Marked tables of documents are renewed from the results."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page: self-contained, complete, and its numbers are those of the rows."""
 
 from __future__ import annotations

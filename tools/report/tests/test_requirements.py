@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Requirements of the line of sight: page, terminal and documents show the same rows with the same marks."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Numbers, tables, verdicts and the terminal's table."""
 
 from __future__ import annotations

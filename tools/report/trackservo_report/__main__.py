@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`python -m trackservo_report DIR`: reads a results folder, writes DIR/report.html and prints the result table."""
 
 from __future__ import annotations

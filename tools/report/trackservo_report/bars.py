@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bar charts over controllers: Table 2, the ablation, the other friction, the torque noise."""
 
 from __future__ import annotations

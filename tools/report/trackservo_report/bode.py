@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frequency responses of the open speed loop: Bode and Nyquist plots, computed and measured."""
 
 from __future__ import annotations

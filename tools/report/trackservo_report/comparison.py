@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows gathered into comparisons: the same measurement, one entry per controller."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures of one run against time. Those that take an `Experiment` and a plot's key draw any experiment of their kind."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How things are called, coloured and written for readers: names, units, numbers."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The experiments of the paper, as the folders in sim_host/studies describe them: one experiment.toml each.
 
 A folder with an experiment.toml is an experiment; no list names them. `sim_host experiments` reads the same file and

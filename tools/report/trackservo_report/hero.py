@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The picture of the first screen: the axis starts at the lowest speed, with and without compensation. Static SVG."""
 
 from __future__ import annotations

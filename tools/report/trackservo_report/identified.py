@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the controllers were designed from: true and identified parameters of each axis, with their confidence."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Isolation from a turning base: the curves of `sim_host base-motion`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reading and checking of the results folder; every fault becomes an `InputError` of one sentence."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables of the results as Markdown, and their places in the project's documents.
 
 A document says where a table goes with a pair of comments, `<!-- results -->` and `<!-- end results -->`; what stands

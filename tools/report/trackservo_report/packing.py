@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Large texts of the page, compressed: the plotting library and the plots are inflated by the browser when they are looked at."""
 
 from __future__ import annotations

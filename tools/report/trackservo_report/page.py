@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page: everything rendered into one HTML file that needs nothing else."""
 
 from __future__ import annotations

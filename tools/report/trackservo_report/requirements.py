@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Requirements of the line of sight: what the studies measured beside what was required, and what other commands measure."""
 
 from __future__ import annotations

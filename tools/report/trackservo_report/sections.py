@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The figures of the page in order: those of the experiments, as their experiment.toml describes them, and the others."""
 
 from __future__ import annotations

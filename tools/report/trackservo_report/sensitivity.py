@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What if we had chosen otherwise: figures with one choice changed or one source of error off, as plain data."""
 
 from __future__ import annotations

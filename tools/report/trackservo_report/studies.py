@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Studies beside the campaign, each with a file of its own: value of identification, random plants,
 straight passes, a turning base, and tracking in the running node.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tables of the report as plain data, shared by the page and the terminal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The result table in the terminal; readable at 100 columns and when piped."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of files, in every form that editors write: by servoctl's reader, which all Python programs share."""
 
 from __future__ import annotations

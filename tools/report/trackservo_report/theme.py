@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The look of every figure: layout, paper lines, and colours that the page swaps for light and dark."""
 
 from __future__ import annotations

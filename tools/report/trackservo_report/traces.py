@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time and frequency series from the CSV files, and their thinning for display."""
 
 from __future__ import annotations

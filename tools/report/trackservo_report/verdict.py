@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the LuGre feedforward wins, and where it loses, against the same loop without it and against its rivals."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl: tuning of a trackservo over CANopen, the same on the simulator and on the board.
 
 The names of __all__ are what LIBRARY.md describes. Each is imported when it is first used, so that a command loads only what

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`python -m servoctl`, and the command that pip installs."""
 
 from servoctl.start import start

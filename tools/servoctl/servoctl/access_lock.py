@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The lock of guarded parameters: motor, protection limits and board scales can be written only while it is open.
 
 Object 0x3040 belongs to the SDO channel of the request. The owner may set a word (:4); a SipHash of it is all that the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A CiA 402 axis at an offset of 0x800 for python-canopen, whose own BaseNode402 supports only the first axis.
 
     network.add_node(azimuth := BaseNode402(1, "trackservo.eds"))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """State of an axis as the device reports it, read by SDO."""
 
 from __future__ import annotations

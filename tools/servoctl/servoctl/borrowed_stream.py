@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A stream over borrowed PDOs: they are mapped, monitored, and restored whatever happens. Subclasses define the
 received frames."""
 

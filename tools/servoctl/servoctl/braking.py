@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The deceleration that an axis surely has, from stops with the whole torque of its motor.
 
 Protection trusts this figure (2060:19): it brakes early enough for it, whatever a master commands. So the figure is

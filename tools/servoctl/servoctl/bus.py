@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Connections to the bus: slcan-tcp:HOST:PORT, slcan:/dev/ttyACM0 and socketcan:can0."""
 
 from __future__ import annotations

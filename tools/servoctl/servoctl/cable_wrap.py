@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which joint angle lasts longest: an axis that turns by more than one revolution between its limits can look in some
 directions with two angles, one revolution apart (as firmware/control/cable_wrap.h)."""
 

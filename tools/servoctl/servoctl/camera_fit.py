@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How a camera sits on the line of sight: the fit of what it saw of a still target from several joint angles.
 
 With the counts m of a picture (3070:1, :2), the target's true place in the image of the line of sight is B m. B holds

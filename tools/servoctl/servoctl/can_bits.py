@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time of a classic CAN frame on the bus, in bits (ISO 11898-1): all fields with the stuff bits that its content needs, the
 acknowledge slot, the end of frame and the gap of 3 bits after it. Without stuff bits these are 47 + 8 n for n bytes of data and
 an 11-bit identifier, 67 + 8 n for a 29-bit one."""

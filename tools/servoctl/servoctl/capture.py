@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The device's scope: its set-up, and the decoding of a capture.
 
 Objects 0x3000 (set-up), 0x3001 (capture), 0x3002 (names of the signals); layout of a capture as in

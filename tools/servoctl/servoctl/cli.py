@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command `servoctl`: groups the commands and turns errors into one sentence and an exit code."""
 
 from __future__ import annotations

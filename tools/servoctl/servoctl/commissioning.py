@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Executes a test plan on the live axis: from place to place, the experiments of 0x2100, each tick recorded.
 
 It decides nothing: `identify plan` has planned every experiment and its place. On any error the experiment is aborted

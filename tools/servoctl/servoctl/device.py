@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node on the bus: reads and writes its objects, and explains refusals to the user."""
 
 from __future__ import annotations

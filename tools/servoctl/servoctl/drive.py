@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One axis as a CiA 402 drive, commanded by SDO: power states, modes and targets.
 
 Needs no PDO and disturbs no PDO mapping; a transition takes a few ms. All times are by the node's clock.

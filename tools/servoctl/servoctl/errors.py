@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Possible errors, each with an exit code for scripts."""
 
 from __future__ import annotations

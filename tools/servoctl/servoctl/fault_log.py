@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fault log 0x3020: the last faults of axes and board, each with the samples of its axis in the ticks before it.
 
 0x3020: 1 count, 2 command, 3 and up the entries, newest first. Their bytes are described in

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Present and past errors of a node, with the words for them: objects 1001, 1003 and 603F."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults in words: faults.json, which the build prints from the firmware's own fault table.
 
 Numbers of faults never change their meaning, so the texts of another build are valid too. Codes that the CANopen stack

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A multisine as set-point, the frequency response from demand to response, and the margins of a loop.
 
 Response by the H1 estimator over Hann-windowed, half overlapping periods; coherence is the share of the response that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The identified friction model beside the measurements: curves for the report.
 
 The equations are those of docs/identification.md: steady friction (5), LuGre (1) to (3) along a measured motion,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Requirements and parameters for `identify design`, its result, and whether a measured loop meets the requirements."""
 
 from __future__ import annotations

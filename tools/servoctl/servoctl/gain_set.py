@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """All gains of a device as one set: read, compared with a file, written from it, and stored with a backup. The commands
 `save`, `diff`, `restore` and `store`, and the page, use it."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The gains file: TOML, one table for each group of parameters, each value in the unit after it.
 
 It is the reference: `diff` shows where a device differs, `restore` makes the device equal to it. Comments and order of

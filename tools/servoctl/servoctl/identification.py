@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The steps of an identification in a folder of results: for `identify` and the page. Each part is recorded to files of its
 own, so that an identification can be left after any part and taken up later, by another program too.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report of an identification: parameters with intervals, and the measurements beside the model."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The identified parameters: result.json of `identify fit`, and the objects of an axis for them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The program `identify` (sim_host/commands/identify.cpp): finds it, runs it, and passes its files."""
 
 from __future__ import annotations

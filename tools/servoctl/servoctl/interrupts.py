@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Steps that an interrupt must not cut short: a transfer, bringing an axis to rest, restoring borrowed objects."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The record of every write: one JSON object per line, with the old and the new value, and a backup before each store.
 
 Folder: SERVOCTL_STATE, else $XDG_STATE_HOME/servoctl, else ~/.local/state/servoctl.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits of a live test, and the announcement of a motion before it starts. The node's own limits: node_limits.py."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node's own messages: heartbeats, PDOs and emergencies, as they come. Nothing is sent here.
 
 PDOs are decoded with the mappings of `pdo_mapping`. A frame whose length does not fit its mapping is counted, not decoded.

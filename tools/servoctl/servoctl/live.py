@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A motion on the live axis that must not be left running: whatever happens, the axis ends at rest.
 
 Meanwhile the device monitors our heartbeat (supervision.py): if this program or its computer stops, the device brakes

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small-signal model of the firmware's speed controller, from the gains of the device.
 
     u = [ Cr r - (C + M - Q (M - B)) F y ] / (1 - Q)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The speed loop of the live axis, measured with a multisine: for `bode`, `tune` and the page."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An SDO client that takes no answer to another request as its own.
 
 An answer to a request that timed out, or to one of another program on this computer, can arrive after our request was sent.

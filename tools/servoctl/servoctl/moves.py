@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Single motions of an axis as plans: to an angle, or at a rate for a time. What moves is known before it moves."""
 
 from __future__ import annotations

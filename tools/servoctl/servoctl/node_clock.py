@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node's own clock: it times every wait, time-out and pace of the node.
 
 A node's clock and the computer's agree, except for an emulated board, which runs as fast as its computer can, and for a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node's own limits of a motion: travel and rate, each with its object.
 
 A motion is checked against all of them before it begins, because the node would stop a motion beyond them, or go into a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables of numbers as text: a title line, then rows, with comma, semicolon or tab between the cells.
 
 With semicolons or tabs, a comma within a cell is a decimal comma, as spreadsheets write it in half of the world. Lines that begin

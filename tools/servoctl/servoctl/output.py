@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Destination of results: tables for people, JSON for programs; errors and progress to the error stream."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that commands write. None replaces a file of the user unless the option --overwrite asks for it, and none replaces
 what the same command reads."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A page that opens offline: one HTML file with tables, and with pictures inside."""
 
 from __future__ import annotations

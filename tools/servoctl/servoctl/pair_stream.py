@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One object of both axes as a stream over borrowed PDOs, and with it set-points of position to them.
 
     ErrorStream       60F4 of both axes every 10 ms, over TPDO3

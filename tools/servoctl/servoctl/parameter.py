@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One object of the device: its name, its allowed values, and its form on the bus."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where `monitor` and `log` hear a node: with its present PDO mappings, read by SDO, or passively with those as delivered."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A borrowed PDO: mapped as needed, with an identifier of its own, and restored afterwards.
 
 Meanwhile a listener that knows the default mapping receives nothing instead of wrong values, and no frames of other

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is in each TPDO of a node: read from it (1800 and 1A00 and those after), or as parameters.json has it as delivered."""
 
 from __future__ import annotations

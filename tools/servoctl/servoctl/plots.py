@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pictures: Bode plots, steps and scope captures, saved as PNG with the numbers as CSV beside them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The CiA 402 power state machine, as seen by a client: statusword masks, transitions, names of modes.
 
 CiA 402-2 clauses 6.2, 8.4.1 and 8.4.2.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rates as set-points of the live axis, one after the other in the node's time, with demand and response of every tick."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ticks of an identification as signals for a live view, while the recorder has the stream: it has the same members as
 a SignalStream."""
 

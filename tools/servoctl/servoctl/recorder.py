@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every tick of one axis, recorded over three borrowed TPDOs that carry object 0x2101.
 
     angle, joint rate | inertial rate, torque | number, kind, run, reference      each 1 ms, in this order

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recordings of the live signals in MCAP files, for hours: written in a thread of their own, read in part or whole.
 
 Each sample is one JSON message on the topic /samples, with the fields that its JSON schema names (azimuth_rate_deg_s), so

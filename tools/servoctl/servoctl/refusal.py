@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why a device refused a parameter set: objects 0x2070:6 to 9 (+0x800) as a sentence."""
 
 from __future__ import annotations

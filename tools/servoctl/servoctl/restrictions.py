@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why protection does not enable an axis, or lets it move slowly only (2061:1)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pass of a satellite over a site, from two-line elements: directions of the line of sight and joint angles.
 
 sgp4 gives position and velocity in the frame of the elements (TEME). Sidereal time turns them into the Earth's frame;

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The objects of the device: read from parameters.json, which the build prints from the firmware's own table.
 
 servoctl includes the file of the firmware that it was released with (descriptions/, updated by `tools/update-docs

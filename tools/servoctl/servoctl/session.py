@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Common parts of all commands: the common options, the device that they name, and the completion of names."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reference shapes of the angle on the live axis: it begins and ends at rest where it is, as in `step_test`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Eight signals as a stream, in every tick, over TPDO5 to TPDO8; TPDO1 to TPDO4 stay the master's.
 
     pair of 32 bits | pair of 32 bits | pair of 32 bits | tick counter (3010:1), two signals of 16 bits

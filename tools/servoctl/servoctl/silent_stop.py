@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An axis that stands because its master was silent for longer than 3041:1 (docs/can.md, "A silent master"): the node tells it
 once with EMCY, then by the warning bit and the fault log only."""
 

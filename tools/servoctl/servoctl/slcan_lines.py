@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames in what an SLCAN adapter sends (Lawicel ASCII), tolerant of what adapters do differently.
 
 Lines end with CR, LF or BEL (an error answer), or with several of them. NUL and other bytes that are no printable ASCII are

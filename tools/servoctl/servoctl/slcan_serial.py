@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An SLCAN adapter at a serial port: python-can's bus with a reader that takes whole buffers and what adapters send between
 the frames. python-can's own raises on a cut line, and hears nothing of an adapter that ends its lines with CR LF."""
 

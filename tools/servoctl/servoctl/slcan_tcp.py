@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A CAN adapter over TCP with SLCAN, the simulator's default.
 
 Protocol: Lawicel ASCII (t, T, r, R, S, O, L, C, Z). Reads whole buffers, so that it keeps up with a busy bus, and uses

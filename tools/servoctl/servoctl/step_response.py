@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A step of the rate in numbers: delay, rise, overshoot, settling, all from demand and response."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A step of the rate on the live axis: what will move, and the steps in what was recorded."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A quick stop of both axes without waiting for anything: the controlwords in RPDO1 and RPDO2.
 
 An SDO transfer waits for its turn, and for the answer to the one before. These two frames do not: any thread sends them,

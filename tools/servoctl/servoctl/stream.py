@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A fast stream of samples from one axis, and a fast stream of set-points to it, over temporarily borrowed PDOs.
 
 TPDO3 sends demanded rate (606B) and measured rate (606C) of the same tick every 1 ms; TPDO4 sends the node's tick

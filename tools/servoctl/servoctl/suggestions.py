@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Possible meanings of an unknown name: a symbol, a typo, or words of a name or of its help."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lets the device brake by itself: it monitors a heartbeat of each motion, in an entry of 1016 of its own.
 
 Several motions may run at one node, in separate processes. Each has a unique master id, so that no other heartbeat can

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables that fit the terminal: a number, a name or an index is never broken, texts break between words.
 
 Where a row is too wide for one line, the name gets a line of its own above the rest; if there are still too many

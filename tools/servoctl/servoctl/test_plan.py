@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motions of an axis to be identified: plan.json of `identify plan`, checked against the user's limits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Text files of users, as editors and spreadsheets on Windows, macOS and Linux write them.
 
 UTF-8 with or without its mark, UTF-16 and UTF-32 with theirs; what is no UTF-8 is Latin-1, which comments may be in. Lines end with

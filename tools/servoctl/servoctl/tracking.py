@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tracking in mode -1 as a client sees it: the camera's PDO, its counters, and the states (docs/can.md)."""
 
 from __future__ import annotations

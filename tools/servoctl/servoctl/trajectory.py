@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A trajectory of the joints over time: read from CSV, interpolated, and checked against the node's limits.
 
 Between two rows the angle is the cubic that has the angle and the rate of both rows (cubic Hermite). A file without

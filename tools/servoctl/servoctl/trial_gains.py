@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Temporary gains: unless they are kept, the old ones are restored, whatever happens."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report of a tuning: gains before and after, required, predicted and measured margins, and Bode plots."""
 
 from __future__ import annotations

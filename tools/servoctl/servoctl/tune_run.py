@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gains designed from an identification, tried on the live axis, and kept only if the measured loop has the margins: for
 `tune` and the page. Files in the folder of the identification: wishes.json, parameters.json and design.json of the design,
 tune.html and AXIS-active.toml of the test."""

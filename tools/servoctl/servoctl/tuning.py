@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Changes gains as a whole: stage, apply once per axis, read back; all of it in the journal.
 
 Object 0x2070 (+0x800): 1 command, 2 flags, 3 result, 4 and 5 CRC of the active and the persisted set, 6 to 9 refused value.

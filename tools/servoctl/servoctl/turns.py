@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Access to one node: the servoctl processes of one user and computer coordinate by file locks.
 
 The node has one SDO server: each transfer is one turn. A long one, such as reading a capture, waits until no servoctl

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files with two-line elements: with or without name lines, of one satellite or several, as people and services write them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Numbers with units, as users type them and as the device counts them.
 
 Angles and rates are typed in degrees or radians; the device counts positions in 1e-7 rad and rates in 1e-6 rad/s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits that contradict each other: the device accepts each write, keeps the old set in effect and waits (2060:18).
 
 So a command that leaves limits waiting has not done its work.

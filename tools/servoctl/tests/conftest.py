@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A servo in a process of its own, and servoctl in others, as users run it.
 
 SERVOCTL_TEST_DEVICE selects the servo: `sim`, the simulator (sim_host serve), or `image`, the flashed image on the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the tests of the page share: its server, the browser, a listener on the bus, and waits for conditions.
 
 The server and the folder of a module serve all of its tests that do not end them; the browser serves all modules. Waits

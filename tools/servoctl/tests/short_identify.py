@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """`identify` with short test plans: plans a few places for the tracker's azimuth, passes everything else to
 IDENTIFY_PROGRAM.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A camera for devices that have none: a client that sends frames of a still target, from the measured joint angles.
 
 It hears the angles in TPDO4 (6064 of both axes, every 20 ms as delivered), or in another frame that holds them, and sends what a pinhole camera on these joints would see,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Streams to the page for minutes and judges it: lost samples, drawn frames, memory. A command for people, not for CI:
 
     cd tools/servoctl && ../../build/venv/bin/python -m tests.stream_for_minutes --minutes 10

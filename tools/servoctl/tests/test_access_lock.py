@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Guarded parameters: written with --unlock only, and the device is locked again afterwards."""
 
 from __future__ import annotations

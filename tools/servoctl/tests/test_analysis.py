@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frequency responses, margins and steps of systems with known answers."""
 
 from __future__ import annotations

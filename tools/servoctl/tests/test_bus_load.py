@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bus load: bits of frames as ISO 11898-1 counts them, at the bit rate of the connection."""
 
 from __future__ import annotations

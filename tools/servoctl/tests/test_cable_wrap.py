@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which of two joint angles lasts longest, for a cue and for a trajectory. No device is needed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl camera calibrate: a camera that is turned, mirrored or scaled, before a target that stands still."""
 
 from __future__ import annotations

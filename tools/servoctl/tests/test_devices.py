@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The device of these tests is the one that was requested."""
 
 from __future__ import annotations

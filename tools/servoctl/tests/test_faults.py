@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults in words, and the fault log: the meaning of its bytes, and the entries of a simulated servo."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl follow: a trajectory is checked before anything moves, and followed in time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl home, on an azimuth whose travel leaves two turns possible."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`identify` and `tune` on a simulated axis: their results, and that every end restores the axis.
 
 Identification runs several times faster than real time; tuning needs real time. The test plans are the short ones of

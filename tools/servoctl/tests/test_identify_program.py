@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a run of `identify` leaves behind: a program that writes its result and then ends well, badly, or not at all."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A request is sent, and an interrupt comes before its answer, or the answer to another request."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The examples of LIBRARY.md, run one after the other in one program, as a reader would in a notebook."""
 
 from __future__ import annotations

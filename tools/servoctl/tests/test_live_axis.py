@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions on the live axis: they do what was announced, and whatever happens the axis ends at rest."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Node ids and the bit rate over the bus, on simulators of their own whose flash outlives them."""
 
 from __future__ import annotations

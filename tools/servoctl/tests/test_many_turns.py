@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Positions of an axis without end stops are counted on where the node's wrap. No device is needed."""
 
 from __future__ import annotations

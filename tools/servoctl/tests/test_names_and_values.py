@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Names, indices, units and limits typed by a user, without a device."""
 
 from __future__ import annotations

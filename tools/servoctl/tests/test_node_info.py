@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What servoctl says of the option bytes of the board's chip (3061:1)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every motion is checked against every limit of the node, before anything moves."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl uses the node's time: a node that is slower or faster than real time gives the same result.
 
 Set-points that do not arrive are reported as not received by the node.

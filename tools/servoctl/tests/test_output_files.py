@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """No command replaces a file of the user, unless --overwrite asks for it, and none replaces what it reads."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package as pip installs it: complete, and usable away from the checkout and from any build."""
 
 from __future__ import annotations

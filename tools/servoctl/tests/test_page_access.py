@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who may talk to the page's server: requests as another site, another name, or a stranger would send them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Orders that wait for their turn, and pages that fall silent: a server in this process, and pages that are only sockets."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors that the page shows name its own controls."""
 
 from __future__ import annotations

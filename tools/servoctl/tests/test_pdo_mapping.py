@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """monitor and log decode PDOs with the mapping that the node has, or say which one they assume."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Output in a terminal of 80 columns, and errors with --json for scripts."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Ticks from frames: a loss is a gap, and never a mixture of two ticks."""
 
 from __future__ import annotations

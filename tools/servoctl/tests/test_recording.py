@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recordings: what was written is read, in part too, from a file that was not ended, and never by waiting for the disk."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Refusals: invalid numbers, tables that do not fit; always one sentence and the right exit code."""
 
 from __future__ import annotations

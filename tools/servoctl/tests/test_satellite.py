@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The geometry of a pass, judged by Skyfield, which shares the propagator sgp4 and nothing else. No device is needed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl at a simulated servo: reading, setting, saving; the device's values are always read back."""
 
 from __future__ import annotations

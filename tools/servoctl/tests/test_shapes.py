@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reference shapes as rates: they come back, stay within their travel, and reverse without a jump."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The live stream: eight signals in every tick without loss, beside a master whose TPDO1 to TPDO4 stay as they are."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What SLCAN adapters send, over TCP and at a serial port: other ends of lines, junk between, cut lines, time stamps."""
 
 from __future__ import annotations

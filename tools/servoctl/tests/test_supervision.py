@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several motions at one node: each is monitored separately, and no motion runs without monitoring."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of users in the forms that editors and spreadsheets write: read right, or refused in one sentence with file and line."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """servoctl track: both axes follow what a camera on the bus sees, and stop on command."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Trajectories: read from files, interpolated, checked against limits. No device is needed."""
 
 from __future__ import annotations

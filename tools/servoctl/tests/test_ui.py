@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page end to end: headless Chromium uses its controls, and a listener on the bus judges what they do there. All tests
 share one server."""
 

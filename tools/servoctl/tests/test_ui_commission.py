@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Guided commissioning on the page: dry run, first look, identify, design and tune by its own controls, with short test
 plans and a made-up fit; the real ones are tried by test_identify.py, whose commands use the same library."""
 

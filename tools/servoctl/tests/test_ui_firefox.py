@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page in Firefox, by its own controls: it shows samples, takes command, enables, jogs, moves and stops. What the page does
 is tested in Chromium; here the other browser's engine draws it and reports keys and pointers."""
 

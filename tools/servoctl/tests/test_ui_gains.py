@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gain files, the store and the access lock on the page; and the spectrum of the live view."""
 
 from __future__ import annotations

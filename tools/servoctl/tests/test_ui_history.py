@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The samples that a page keeps and draws, without a servo: the last 60 s, and a gap where samples are missing."""
 
 from __future__ import annotations

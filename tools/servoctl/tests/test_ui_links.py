@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page when its server, its bus or its node is not there, or goes: each test starts servers of its own."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """For whom the page works: screen readers, keyboard, touch, a tablet upright, a dark room; and the browser that it opens."""
 
 from __future__ import annotations

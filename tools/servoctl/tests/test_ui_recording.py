@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A recording is begun, ended and opened again on the page, and holds what the page has shown, without loss."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scope of the device on the page: a trigger with time before it, during a motion of the page."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tracking view of the page: cue, follow and stop, with a camera that sees a still target."""
 
 from __future__ import annotations

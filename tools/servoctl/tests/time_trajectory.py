@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads and checks a long trajectory as `servoctl follow` does, and prints seconds and memory. A command for people, not for CI:
 
     cd tools/servoctl && ../../build/venv/bin/python -m tests.time_trajectory --rows 600000

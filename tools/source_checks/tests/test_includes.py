@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The include check on small made-up trees."""
 
 import pytest

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Analog-to-digital converters: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_ADC_H
 #define TRACKSERVO_STM32G4_REGISTERS_ADC_H

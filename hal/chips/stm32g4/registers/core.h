@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The processor's own registers: ARMv7-M Architecture Reference Manual (DDI 0403E), sections B3.2 (SCB), B3.4 (NVIC),
  * B3.5 (MPU) and C1.8 (DWT). Compared with the crate `cortex-m`. */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_CORE_H

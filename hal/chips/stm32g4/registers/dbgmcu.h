@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Debug support: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_DBGMCU_H
 #define TRACKSERVO_STM32G4_REGISTERS_DBGMCU_H

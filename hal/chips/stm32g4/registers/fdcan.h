@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* CAN controller FDCAN1: RM0440, and its part of the message RAM, whose layout is fixed
  * on this chip: two receive FIFOs and a transmit buffer of three elements each, every element 18 words. */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_FDCAN_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A field of a register is its mask. Source of all of registers/: RM0440 rev 8, the facts only; every offset, field and
  * reset value is compared with the SVD-derived crate `stm32g4` by tools/registers/check_registers.py.
  *

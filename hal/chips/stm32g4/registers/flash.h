@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Embedded flash memory interface: RM0440 (category 3 devices). */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_FLASH_H
 #define TRACKSERVO_STM32G4_REGISTERS_FLASH_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Reset and clock control: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_RCC_H
 #define TRACKSERVO_STM32G4_REGISTERS_RCC_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* System configuration controller: parity and write protection of the SRAM: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_SYSCFG_H
 #define TRACKSERVO_STM32G4_REGISTERS_SYSCFG_H

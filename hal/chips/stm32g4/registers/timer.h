@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Advanced-control timers TIM1 and TIM8, general-purpose timers TIM5 and TIM16 and the basic timer TIM6, whose
  * registers lie at the same offsets: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G4_REGISTERS_TIMER_H

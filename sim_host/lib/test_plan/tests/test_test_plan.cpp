@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Test plans for machines of all sizes: the firmware accepts every experiment, and the axis stays within its limits.
 #include "test_plan/test_plan_json.hpp"
 

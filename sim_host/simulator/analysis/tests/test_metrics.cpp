@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures of merit on traces whose result can be computed by hand.
 #include "analysis/metrics.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which runs count as controlled, on traces made for the test.
 #include "analysis/verdict.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The judge sees what it must see: contacts with end stops and axes that run away.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Progress of a long job for people and logs: nothing is rewritten in a file, and there is always output.
 #include "base/progress.hpp"
 

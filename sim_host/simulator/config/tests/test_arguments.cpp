@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Arguments of sim_host that parsers accept and that would cost a run, or overwrite the wrong file.
 #include <unistd.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plant and scenario files: the shipped ones load, bad ones are refused with file, line, key, reason and remedy.
 #include <unistd.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Requirements that make the machine unstable are refused, those close to it give a warning, and the advice works.
 #include "design/design_check.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is read from TPDO1 and TPDO2 as delivered, and that frames with another mapping are not read.
 #include "device/tracking_on_bus.hpp"
 

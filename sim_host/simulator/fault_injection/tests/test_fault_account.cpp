@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every fault of the table is caused by some test, and the named tests exist.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The turning base: its attitude, what the gyros and the camera see of it, and what it does to the joints, each against
 // rotation matrices and their numerical derivatives.
 #include <Eigen/Geometry>

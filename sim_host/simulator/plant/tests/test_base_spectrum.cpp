@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sines of a spectrum of base motion: their power in every part of the band is that of the stated density.
 #include "plant/base_spectrum.hpp"
 

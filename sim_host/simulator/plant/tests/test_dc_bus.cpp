@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bus of the bridges: a stiff supply, a capacitor that takes returned current, a brake resistor.
 #include <cmath>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Both axes side by side give bit for bit what each gives alone: sliding, sticking, braked, held, and at an end stop.
 #include "plant/lanes.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plant's LuGre joint (rate and bristles solved together) against Boost.Odeint's rosenbrock4 at 1e-10.
 //
 // Both get the same torque over time; the joint rates are compared after every 50 us.

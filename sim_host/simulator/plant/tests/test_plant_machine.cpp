@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The simulated machine as a whole: motor, coupling, gravity, end stops, base motion.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Maxwell-slip plant friction: the same steady curve as LuGre, another memory.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random parts of the machine: independent seeded streams, exact spectra, reproducible runs.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fewer steps of the joints per tick ([mechanics] in a plant file) against one step per PWM period.
 #include <cmath>
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A part of the inertia behind a spring: the resonance of the plant file, and the momentum of a rigid axis.
 #include "plant/structure.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The firmware's pointing of both axes in the simulated machine: straight passes, a turned camera, evasion, dropouts.
 #include <cmath>
 

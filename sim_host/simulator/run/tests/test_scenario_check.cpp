@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Combinations of scenario and plant: starts, courses, torques and speeds that make no sense, or that are unusual.
 #include "run/scenario_check.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scenario whose axes move one at a time: each in a run of its own, put together as one trace.
 #include "design/control_design.hpp"
 #include "run/scenario_run.hpp"

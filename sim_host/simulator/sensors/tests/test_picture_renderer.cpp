@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rendered pictures: place, size and blur of the UAV against the true geometry.
 #include "sensors/picture_renderer.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encoder, gyro and current converter of the simulated machine.
 #include <cmath>
 #include <vector>

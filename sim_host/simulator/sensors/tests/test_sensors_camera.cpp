@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tracking camera and the target in front of it.
 #include <Eigen/Geometry>
 #include <cmath>

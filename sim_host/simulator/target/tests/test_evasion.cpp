@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A target that evades: always the same acceleration, in directions that change, and never far from its course.
 #include "target/evasion.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random plants differ from the nominal one in every number that has a tolerance, and in no other.
 #include "studies/random_plants/random_plant.hpp"
 

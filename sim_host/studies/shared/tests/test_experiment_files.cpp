@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // experiment.toml: the shipped experiments, their goals, and the refusals with file, line, reason and remedy.
 #include "studies/shared/experiment.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Requirements beside measured values: the worst seed decides, and the rows of a study replace its own in results.json.
 #include "studies/shared/requirement.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* Inflates and draws the plots that come into view, in the colours of the current scheme; opens folds; runs the tabs. */
 (function () {
   const stand_ins = { "rgb(1,1,1)": "--ink", "rgb(2,2,2)": "--muted", "rgb(3,3,3)": "--grid", "rgb(4,4,4)": "--surface", "rgb(5,5,5)": "--bad" };

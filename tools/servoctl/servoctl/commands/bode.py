@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """bode: the speed loop of the live axis in the frequency domain."""
 
 from __future__ import annotations

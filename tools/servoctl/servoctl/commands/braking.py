@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """braking: measures the deceleration that the axis surely has, and writes it to the protection."""
 
 from __future__ import annotations

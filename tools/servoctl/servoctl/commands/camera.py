@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """camera: how the camera sits on the line of sight, and how old its frames are."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """faults: active faults, past faults, and their remedies."""
 
 from __future__ import annotations

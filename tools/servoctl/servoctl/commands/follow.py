@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """follow: a trajectory of both joints over time, from a CSV file or the pass of a satellite."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Options of the commands that follow something over time, track and follow, and the files of their plots."""
 
 from __future__ import annotations

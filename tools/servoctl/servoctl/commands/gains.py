@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """diff, save, restore and store: the gains file and the device."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """home: finds the turn of an axis that started in an unknown one (mode 6)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """identify: friction and inertia of the live axis, from experiments on it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """lock: the access lock of guarded parameters (3040)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measuring the speed loop of the live axis with a progress bar, and its files, for `bode` and `tune`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """lss: node ids and the bit rate, set over the bus (layer setting services, CiA 305)."""
 
 from __future__ import annotations

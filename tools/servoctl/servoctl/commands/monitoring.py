@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """monitor and log: the state of the node, as a live table or as a file."""
 
 from __future__ import annotations

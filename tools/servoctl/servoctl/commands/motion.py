@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Common parts of the commands that move an axis: limits, the announcement of the motion, and rates on the live
 axis."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """move: to an angle, by an angle, or at a rate for a time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """scan, info and state: the nodes on the bus, their identity, and whether their axes are enabled."""
 
 from __future__ import annotations

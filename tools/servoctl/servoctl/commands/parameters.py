@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """get, set, undo and explain: single parameters."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The numbers of all options: with a unit, finite, and in a sensible range."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """scope: captures signals inside the device, around a trigger, at up to 1 kHz."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """step: a step of the rate on the live axis, in numbers and as a picture."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """track: follow the target that a camera on the bus sees, with the error live."""
 
 from __future__ import annotations

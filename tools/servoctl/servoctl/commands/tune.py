@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """tune: gains designed from an identification, kept only if the measured loop has the margins."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """ui: the page in the browser."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who may talk to the server: only its own page, by Host and Origin; beyond this computer only with a token."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The guided commissioning of the page: first look, identify, design, tune. Each step uses the library as the commands
 `identify` and `tune` do, and writes the same files to a folder; what is in the folder says which step comes next."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulator for `servoctl ui --demo`, started and ended with the page, and the motion that it shows first."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one thread that works on the bus. Others give it jobs, take samples, and stop the axes without waiting for it.
 
     stop            from any thread: both controlwords at once as PDOs, then the thread of the bus brings the axes to rest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An axis that the page has enabled: it jogs, moves, or moves back and forth, one short step at a time."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a page can ask for, run by the thread of the bus. Each job uses the library as the command of the same name does."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors of the library in the words of the page: they name commands and options where the page has controls.
 
 What only a command does (`servoctl scan`, `servoctl lss`) keeps its name.

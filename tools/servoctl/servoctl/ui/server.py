@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The web server: the page and its files, and one WebSocket for each open page.
 
     from the page   {"id": 7, "do": "jog", "axis": 0, "rate_deg_s": 2}, answered by {"reply": 7, "result": ...} or "error"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The open pages: one may command, the others view; any of them may stop."""
 
 from __future__ import annotations

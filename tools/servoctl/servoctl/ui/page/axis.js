@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The card of an axis: its state, and what moves it.
 
 import { cancelPlan, confirmPlan } from "./plan.js";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The speed loop in the frequency domain: measured last, the one before it, and the one that the present gains would have.
 
 import uPlot from "./uplot/uPlot.esm.js";

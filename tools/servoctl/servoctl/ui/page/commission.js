@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The guided commissioning: first look, identify, design, tune. What is in the folder of an identification says which step
 // comes next, so each step can be left and taken up again, also from another page or after a restart of the server.
 

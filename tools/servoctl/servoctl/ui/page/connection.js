@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The WebSocket: requests with answers, states, events, and samples. It connects again by itself.
 
 const RETRY_MS = 500;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Present faults, the log, and the ticks before each fault.
 
 function element(name, text = "", className = "") {

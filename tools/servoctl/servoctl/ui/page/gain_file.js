@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gain files: loaded and compared with the device, written to it, saved from it; and the values stored in its flash.
 
 // A gains file has about 40 kB, in UTF-32 four times as much; the server closes the page for a message of more than 1 MiB.

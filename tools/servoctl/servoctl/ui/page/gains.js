@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The gains of an axis: edits, and what the node has, beside each other.
 
 const $ = (id) => document.getElementById(id);

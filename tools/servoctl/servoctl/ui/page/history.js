@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last 60 s of all signals, and what of it a plot of some width can show.
 
 const SECONDS = 60;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page: brings connection, plots, axes, gains and faults together.
 
 import { Connection } from "./connection.js";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shows what would move, how far and how fast; true when the reader wants it. Not modal: STOP stays within reach.
 
 const $ = (id) => document.getElementById(id);

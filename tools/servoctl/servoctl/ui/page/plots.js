@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plots of the live view: one for each kind of signal, over the same time.
 
 import uPlot from "./uplot/uPlot.esm.js";

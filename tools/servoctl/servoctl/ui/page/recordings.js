@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recordings of the live signals: begun and ended, listed, opened in the plots of the live view, and downloaded.
 
 import { History } from "./history.js";

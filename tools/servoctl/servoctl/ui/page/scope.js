@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scope of the device: signals captured in every tick around a trigger, whatever the bus carries.
 
 import uPlot from "./uplot/uPlot.esm.js";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The amplitude spectrum of what the live view shows.
 
 import uPlot from "./uplot/uPlot.esm.js";

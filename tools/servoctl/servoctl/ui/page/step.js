@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The step response: the last one, and the one before it for comparison. Reference shapes are shown in the same plot.
 
 import uPlot from "./uplot/uPlot.esm.js";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tracking view: state and error of both image axes, the camera's frames and their delay; cue, follow and stop.
 
 import { confirmPlan } from "./plan.js";
