@@ -11,7 +11,7 @@ our_sources() {
 # Executables and *.sh whose first line names a shell.
 our_scripts() {
   find .ci firmware hal sim_host tests tools -type f \( -name '*.sh' -o -perm -u+x \) ! -path '*/build/*' -exec \
-    awk 'FNR == 1 { if (/^#( shellcheck shell=|!.*sh$)/) print FILENAME; nextfile }' {} +
+    awk 'FNR <= 2 && /^#( shellcheck shell=|!.*sh$)/ { print FILENAME; nextfile } FNR > 2 { nextfile }' {} +
 }
 
 # check_format FILE...: clang-format finds nothing to change in these C and C++ files.

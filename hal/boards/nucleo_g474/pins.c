@@ -3,8 +3,10 @@
 
 #include <stdint.h>
 
+#include "outputs.h"
 #include "registers/gpio.h"
-#include "safe_outputs.h"
+#include "registers/rcc.h"
+#include "registers/timer.h"
 
 typedef enum { INPUT = 0, OUTPUT = 1, ALTERNATE = 2, ANALOG = 3 } pin_mode;
 typedef enum { NO_PULL = 0, PULL_UP = 1, PULL_DOWN = 2 } pin_pull;
@@ -95,6 +97,20 @@ void pins_start(void) {
   for (unsigned i = 0; i < sizeof pins / sizeof pins[0]; ++i) {
     start(&pins[i]);
   }
+}
+
+void safe_outputs(void) {
+  RCC->ahb2enr |= RCC_AHB2ENR_GPIOBEN | RCC_AHB2ENR_GPIOCEN;
+  RCC->apb2enr |= RCC_APB2ENR_TIM1EN | RCC_APB2ENR_TIM8EN;
+  (void)RCC->apb2enr; /* a clock needs two cycles before the first access; reading back takes that long */
+  TIM1->bdtr &= ~TIM1_BDTR_MOE;
+  TIM8->bdtr &= ~TIM1_BDTR_MOE;
+  GPIOC->bsrr = GPIO_CLEAR(AZIMUTH_ENABLE_PIN) | GPIO_CLEAR(PITCH_ENABLE_PIN);
+  GPIOB->bsrr = GPIO_CLEAR(AZIMUTH_BRAKE_PIN) | GPIO_CLEAR(PITCH_BRAKE_PIN);
+  field_set(&GPIOB->moder, GPIO_PIN_2BIT(AZIMUTH_BRAKE_PIN), OUTPUT);
+  field_set(&GPIOB->moder, GPIO_PIN_2BIT(PITCH_BRAKE_PIN), OUTPUT);
+  field_set(&GPIOC->moder, GPIO_PIN_2BIT(AZIMUTH_ENABLE_PIN), OUTPUT);
+  field_set(&GPIOC->moder, GPIO_PIN_2BIT(PITCH_ENABLE_PIN), OUTPUT);
 }
 
 void pins_release_brake(int axis, bool release) {

@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The peripherals that the axes of this board use; pins.c has their pins. */
 #include "connections.h"
+#include "outputs.h"
 #include "registers/dma.h"
-#include "safe_outputs.h"
 
-const bridge_connection board_bridges[BOARD_AXES] = {{TIM1, GPIOC, AZIMUTH_ENABLE_PIN},
-                                                     {TIM8, GPIOC, PITCH_ENABLE_PIN}};
+const bridge_connection board_bridges[HAL_AXES] = {{TIM1, GPIOC, AZIMUTH_ENABLE_PIN}, {TIM8, GPIOC, PITCH_ENABLE_PIN}};
 
-const encoder_connection board_encoders[BOARD_AXES] = {{SPI1, 0, DMAMUX_SPI1_RX, 1, DMAMUX_SPI1_TX},
-                                                       {SPI3, 2, DMAMUX_SPI3_RX, 3, DMAMUX_SPI3_TX}};
+const encoder_connection board_encoders[HAL_AXES] = {{SPI1, 0, DMAMUX_SPI1_RX, 1, DMAMUX_SPI1_TX},
+                                                     {SPI3, 2, DMAMUX_SPI3_RX, 3, DMAMUX_SPI3_TX}};
 
-const gyro_connection board_gyros[BOARD_AXES] = {{USART1, 0, DMAMUX_USART1_RX}, {USART3, 1, DMAMUX_USART3_RX}};
+const gyro_connection board_gyros[HAL_AXES] = {{USART1, 0, DMAMUX_USART1_RX}, {USART3, 1, DMAMUX_USART3_RX}};
 
 const adc_connection board_adcs[2] = {{.current_input = 1, .second_input = 6}, {.current_input = 2, .second_input = 7}};
 

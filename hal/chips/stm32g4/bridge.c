@@ -14,7 +14,7 @@ enum {
   LOCK_DEAD_TIME_AND_BREAK = 1
 };
 
-static volatile bool faulty[BOARD_AXES];
+static volatile bool faulty[HAL_AXES];
 
 static void start_timer(tim1_registers *timer) {
   timer->cr1 = FIELD_VALUE(TIM1_CR1_CMS, TIM1_CMS_CENTRE_1) | TIM1_CR1_ARPE;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a board connects to the chip. Its folder defines these tables in wiring.c, the functions of pins.h, and
- * safe_outputs.h; the drivers of the chip know no axis and no pin besides. */
+/* What a board connects to the chip. Its folder defines these tables in wiring.c, and the functions of pins.h; the
+ * drivers of the chip know no axis and no pin besides. */
 #ifndef TRACKSERVO_STM32G4_CONNECTIONS_H
 #define TRACKSERVO_STM32G4_CONNECTIONS_H
 
@@ -9,7 +9,6 @@
 #include "registers/spi.h"
 #include "registers/timer.h"
 #include "registers/usart.h"
-#include "wiring.h"
 
 /* A timer with channels 1 and 2 for the legs, break input 1 for the driver's fault and 2 for channel B of STO. TIM1
  * starts the others and triggers the ADCs: it belongs to axis 0, TIM8 to axis 1. */
@@ -42,9 +41,12 @@ typedef struct {
   uint32_t second_input;
 } adc_connection;
 
-extern const bridge_connection board_bridges[BOARD_AXES];
-extern const encoder_connection board_encoders[BOARD_AXES];
-extern const gyro_connection board_gyros[BOARD_AXES];
+/* BOARD_AXES: how many axes the board has, 1 .. HAL_AXES; its CMakeLists.txt defines it, so that every loop over the
+ * axes has a constant bound. The tables have a row for each. */
+
+extern const bridge_connection board_bridges[HAL_AXES];
+extern const encoder_connection board_encoders[HAL_AXES];
+extern const gyro_connection board_gyros[HAL_AXES];
 extern const adc_connection board_adcs[2];
 
 /* Before the stored ones (object 0x3060) are known. */

@@ -12,7 +12,6 @@
 #include <stdint.h>
 
 #include "hal.h"
-#include "wiring.h"
 
 enum { CURRENT_NOMINAL_OFFSET = 2048, CURRENT_MAX_OFFSET_ERROR = 100, CURRENT_RANGE_MARGIN = 32 };
 
@@ -40,9 +39,9 @@ current_sense_sample current_sense_read(void);
 
 /* hal_scales in the form that the interrupt needs. */
 typedef struct {
-  float amperes_per_count[BOARD_AXES];
-  uint32_t lowest_counts[BOARD_AXES]; /* maximum current of the bridge */
-  uint32_t highest_counts[BOARD_AXES];
+  float amperes_per_count[HAL_AXES];
+  uint32_t lowest_counts[HAL_AXES]; /* maximum current of the bridge */
+  uint32_t highest_counts[HAL_AXES];
   float volts_per_count;
 } current_sense_scales;
 

@@ -12,7 +12,6 @@
 #include "parameter_flash.h"
 #include "safe_torque.h"
 #include "strobe.h"
-#include "wiring.h"
 
 /* All that three elements of the FIFO can hold while the interrupt empties it. */
 enum { CAN_MAX_FRAMES_PER_INTERRUPT = 6 };
@@ -45,10 +44,10 @@ struct hal {
   volatile bool service_under_way; /* from the request of the tick to its end */
 
   volatile hal_health tripped[HAL_AXES]; /* why a bridge was last switched off */
-  float offset_counts[BOARD_AXES];       /* of the current sensors; written before the interrupts begin */
+  float offset_counts[HAL_AXES];         /* of the current sensors; written before the interrupts begin */
   current_sense_scales scales;           /* written while the bridges are off */
-  encoder_readings encoder[BOARD_AXES];
-  gyro_line gyro[BOARD_AXES];
+  encoder_readings encoder[HAL_AXES];
+  gyro_line gyro[HAL_AXES];
   strobe_line strobe;
   uint32_t first_tick_us; /* written before the interrupts begin */
 

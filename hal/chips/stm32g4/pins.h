@@ -10,6 +10,11 @@
 /* Configures all pins of the table. Outputs start low. */
 void pins_start(void);
 
+/* Outputs off: the timers of all bridges without main output enable, the drivers' enables low, the brakes without
+ * current. Needs no RAM except a little stack, no clock except the one after reset, and no initialisation: a reset and
+ * every fault call it first. */
+void safe_outputs(void);
+
 void pins_light_led(bool on);
 
 /* Set the coil of a holding brake, and read what the brake's contact reports. */

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "safe_torque.h"
 
+#include "connections.h"
+
 enum { OFF_TICKS = 2, MAX_DIFFER_TICKS = 100, WRONG_TICKS = 3 };
 
 static uint32_t count(uint32_t ticks, bool seen, uint32_t most) {

@@ -16,15 +16,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "wiring.h"
+#include "hal.h"
 
 typedef enum { SAFE_TORQUE_ON = 0, SAFE_TORQUE_OFF, SAFE_TORQUE_FAULT } safe_torque_state;
 
 typedef struct {
   bool channel_a; /* permits torque */
   bool channel_b;
-  bool enable[BOARD_AXES];    /* of the drivers, behind the gate of channel A */
-  bool commanded[BOARD_AXES]; /* the program enables the driver */
+  bool enable[HAL_AXES];    /* of the drivers, behind the gate of channel A */
+  bool commanded[HAL_AXES]; /* the program enables the driver */
 } safe_torque_inputs;
 
 typedef struct {

@@ -2,6 +2,7 @@
 /* The self-tests before the interrupts start: all by polling, at the rate of the PWM periods, with the bridges off. */
 #include "bridge.h"
 #include "clock.h"
+#include "connections.h"
 #include "hot_code.h"
 #include "image_check.h"
 #include "machine.h"
@@ -16,10 +17,10 @@ enum { MIN_GOOD_TICKS = 38, FEWEST_FRAMES_HEARD = 5 };
 #define MAX_FRAMES_ASTRAY 1.5f
 
 typedef struct {
-  uint32_t current_sum_counts[BOARD_AXES];
-  int angles[BOARD_AXES]; /* ticks with an angle */
-  int rates[BOARD_AXES];  /* ticks with a rate */
-  uint32_t frames_before[BOARD_AXES];
+  uint32_t current_sum_counts[HAL_AXES];
+  int angles[HAL_AXES]; /* ticks with an angle */
+  int rates[HAL_AXES];  /* ticks with a rate */
+  uint32_t frames_before[HAL_AXES];
   uint32_t cycles_before;
 } observations;
 

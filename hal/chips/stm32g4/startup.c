@@ -7,12 +7,12 @@
 #include "hot_code.h"
 #include "interrupts.h"
 #include "parameter_flash.h"
+#include "pins.h"
 #include "ram_parity.h"
 #include "ram_test.h"
 #include "registers/core.h"
 #include "registers/iwdg.h"
 #include "registers/rcc.h"
-#include "safe_outputs.h"
 #include "stack_guard.h"
 
 /* From the linker script; only their addresses are meaningful. */

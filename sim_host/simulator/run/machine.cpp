@@ -13,8 +13,8 @@ namespace trackservo::sim {
 // The HAL's functions are C: they find the machine behind the pointer that was handed to `hal`.
 namespace {
 
-// The board's check of the clock against its other oscillator, as hal/chips/stm32g4/clock_check.h does it: every 100 ms,
-// wrong three times in a row. Here it always takes the longest time.
+// The board's check of the clock against its other oscillator, as hal/chips/stm32g4/clock_check.h does it: every 100
+// ms, wrong three times in a row. Here it always takes the longest time.
 constexpr double kClockLimit = 0.0184;
 constexpr int kClockCheckTicks = 400;
 constexpr std::uint32_t kTick_us = 1000;
