@@ -188,7 +188,7 @@ newest_of() {
 # The gate has little time: what was changed long ago, and the rest, is left to the full run.
 lint_changed() {
   need_tool run-clang-tidy test || return
-  local base sources=() failed=0 all most=24
+  local base sources=() failed=0 all most=10
   if ! base="$(full_run_commit)"; then
     echo "clang-tidy is left to the full run: this clone does not have the commit of a $full_run_page."
     return
@@ -200,7 +200,7 @@ lint_changed() {
   all="^$(escaped "$root")/($(for source in "${sources[@]}"; do escaped "$source" && printf '|'; done))\$"
   all="${all/|)/)}"
   tidy_of host-lint "$all" || failed=1
-  ! grep -q stm32g474 <<<"$all" || tidy_of stm32g474 "$all" "${on_board[@]}" || failed=1
+  ! grep -qE "/hal/(chips|boards/nucleo)" <<<"$all" || tidy_of stm32g474 "$all" "${on_board[@]}" || failed=1
   [[ $failed == 1 ]] || { echo "Nothing found." && return; }
   print_tidy_findings
   return 1
