@@ -205,7 +205,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
              "has acted towards the set-point for 28 ms without a break.",
          .when = SPEED_DRIVEN,
          .timer = "",
-         .limits = LIMIT(6) | LIMIT(31),
+         .limits = LIMIT(6) | LIMIT(19) | LIMIT(31),
          .cause = "Motor leads swapped, a sensor with the wrong sign, or an external load stronger than the motor.",
          .check = "Compare the signs of torque, current and joint_rate in the fault log.",
          .cure = "Swap the motor leads or correct the sensor's sign. Do not switch on again before that.",
