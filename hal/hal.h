@@ -49,8 +49,7 @@ typedef enum {
 /* Scales of the board's amplifiers and dividers for a current and a voltage. */
 typedef struct {
   float current_full_scale_a[HAL_AXES]; /* at either end of the sensor's range, 0 A in its middle; 0.1 .. 1000 */
-  float over_current_a[HAL_AXES]; /* above it the bridge is switched off at once, 0.05 .. 1000; the sensor range limits
-                                     it too */
+  float over_current_a[HAL_AXES]; /* above it, and beyond the sensor's range, the bridge is off at once; 0.05 .. 1000 */
   float voltage_full_scale_v;     /* 5 .. 1000 */
 } hal_scales;
 

@@ -288,9 +288,8 @@ void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
   }
 }
 
-void axis_monitor_limit(axis_monitor *monitor, const servo_axis_params *params) {
+void axis_monitor_limit(axis_monitor *monitor) {
   const protection_limits *limits = &monitor->limits;
-  monitor->motor = motor_of(params);
   monitor->restrictions = restrictions_of(monitor);
   const bool slow = monitor->restrictions != 0;
   const envelope_params envelope = {.minimum_rad = limits->minimum_rad,
@@ -315,13 +314,13 @@ static bool judges_slowly(uint32_t tick, int axis) {
   return (tick + (uint32_t)axis * (period / (uint32_t)SERVO_AXES)) % period == 0;
 }
 
-static fault_set judge_slowly(axis_monitor *monitor, const servo_axis_command *command, int axis,
-                              const axis_monitor_setting *setting) {
+static fault_set judge_slowly(axis_monitor *monitor, const protection_motor *motor, const servo_axis_command *command,
+                              int axis, const axis_monitor_setting *setting) {
   slow_monitors_add(&monitor->slow, &monitor->state, monitor->found, monitor->seen.torque_nm);
   if (judges_slowly(setting->tick, axis)) {
     const slow_commands commands = {.standing = stands(monitor, command) && !setting->stimulated,
                                     .reduced = setting->reduced_speed};
-    slow_monitors_judge(&monitor->slow, &monitor->limits, &monitor->motor, &monitor->state, &monitor->seen, &commands,
+    slow_monitors_judge(&monitor->slow, &monitor->limits, motor, &monitor->state, &monitor->seen, &commands,
                         SERVO_TICK_S);
   }
   return monitor->slow.found;
@@ -331,12 +330,13 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
                         const axis_monitor_setting *setting) {
   const servo_axis_params *params = &board->app.params.axis[axis];
   const servo_axis_command *command = &board->command.axis[axis];
+  const protection_motor motor = motor_of(params);
   const fault_set found =
-      axis_protection_judge(&monitor->state, &monitor->limits, &monitor->motor, &monitor->seen, SERVO_TICK_S);
+      axis_protection_judge(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
   monitor->oscillates =
       look_for_oscillation(monitor, params, board->app.axis[axis].speed.carried_rad_s, setting->new_gains);
   monitor->may_shake = setting->new_gains && oscillation_may_begin(&monitor->swings);
-  monitor->judged = without_current(monitor, found) | judge_slowly(monitor, command, axis, setting);
+  monitor->judged = without_current(monitor, found) | judge_slowly(monitor, &motor, command, axis, setting);
   note_commands(monitor, board, axis, setting->motion);
 }
 

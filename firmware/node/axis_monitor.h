@@ -44,7 +44,6 @@ typedef struct {
   bool jumped;    /* since the start position was looked for; the count may be off by turns */
   /* Of the deferred task alone: behind what the tick reaches with short offsets. */
   slow_monitors slow;
-  protection_motor motor; /* 0x2055, in effect */
 } axis_monitor;
 
 /* Why an axis moves slowly or is not enabled; bits of 2061:1. */
@@ -108,8 +107,8 @@ void axis_monitor_see(axis_monitor *monitor, const drive_axis *drive, int32_t po
 /* Writes the inputs that homing needs. */
 void axis_monitor_inform_homing(const axis_monitor *monitor, drive_axis_inputs *inputs);
 
-/* Updates the restrictions, the limits of the envelope and the motor. Call between two ticks, every 4 ms. */
-void axis_monitor_limit(axis_monitor *monitor, const servo_axis_params *params);
+/* Updates the restrictions and the limits of the envelope. Call between two ticks, every 4 ms. */
+void axis_monitor_limit(axis_monitor *monitor);
 
 /* Adds the inputs of the last step to the history of the log. */
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log);

@@ -268,7 +268,7 @@ static void limit_motion(servo_node *node) {
     axis_monitor_locate(&axis->monitor, &axis->drive);
     return;
   }
-  axis_monitor_limit(&axis->monitor, &node->board.app.params.axis[i]);
+  axis_monitor_limit(&axis->monitor);
   axis->inputs.may_enable = axis_monitor_may_enable(&axis->monitor);
   axis_monitor_inform_homing(&axis->monitor, &axis->inputs);
   axis->machine = axis_monitor_machine(&axis->monitor, &node->board.app.params.axis[i]);

@@ -12,6 +12,7 @@ START, STOP, ENTER_PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128,
 
 
 def test_boot_up_comes_before_the_first_heartbeat(master):
+    master.write(0x1017, 0, 0, 2)  # no heartbeat of the time before is still on its way
     master.reset()
     assert master.wait_for(HEARTBEAT, 2)[:2] == [b"\x00", b"\x7f"]
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Printed by the build from sim_host/plants/tracker.toml: do not edit it,
  * `tools/update-docs dictionary` renews it. */
 #include "products/brushed_tracker/default_parameters.h"

@@ -53,7 +53,8 @@ axis_parameters listed_defaults() {
 
 std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
                                      const std::array<protection_limits, SERVO_AXES>& limits) {
-  return "/* Printed by the build from sim_host/plants/tracker.toml: do not edit it,\n"
+  return "/* SPDX-License-Identifier: Apache-2.0 */\n"
+         "/* Printed by the build from sim_host/plants/tracker.toml: do not edit it,\n"
          " * `tools/update-docs dictionary` renews it. */\n"
          "#include \"products/brushed_tracker/default_parameters.h\"\n\n"
          "const axis_parameters default_parameters[SERVO_AXES] = {\n" +
@@ -64,6 +65,7 @@ std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXE
 
 std::string print_default_schema(std::uint32_t schema_hash) {
   return fmt::format(
+      "/* SPDX-License-Identifier: Apache-2.0 */\n"
       "/* Printed by the build from the node's dictionary: do not edit it, `tools/update-docs dictionary` renews "
       "it. */\n"
       "#ifndef TRACKSERVO_PRODUCTS_BRUSHED_TRACKER_DEFAULT_SCHEMA_H\n"
