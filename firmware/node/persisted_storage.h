@@ -79,6 +79,11 @@ uint64_t persisted_storage_access_hash(const persisted_storage *storage);
 /* Executes a command. Call again in the next tick after OD_PENDING. */
 od_abort persisted_storage_command(persisted_storage *storage, const persisted_command *command);
 
+/* Returns true while a command that has to write the flash goes on. */
+static inline bool persisted_storage_writes(const persisted_storage *storage) {
+  return storage->progress == PERSISTED_SAVING;
+}
+
 /* Completes commands. Call in each tick, after the commands. Returns true when `stored` has changed. */
 bool persisted_storage_tick(persisted_storage *storage);
 

@@ -266,10 +266,10 @@ static void limit_motion(servo_node *node) {
     aim_base(node, i);
     axis_monitor_distrust(&axis->monitor, &axis->drive);
     axis_monitor_locate(&axis->monitor, &axis->drive);
+    axis->inputs.may_enable = !persisted_storage_writes(&node->storage) && axis_monitor_may_enable(&axis->monitor);
     return;
   }
   axis_monitor_limit(&axis->monitor);
-  axis->inputs.may_enable = axis_monitor_may_enable(&axis->monitor);
   axis_monitor_inform_homing(&axis->monitor, &axis->inputs);
   axis->machine = axis_monitor_machine(&axis->monitor, &node->board.app.params.axis[i]);
   show_envelope(&axis->limits, &axis->monitor);

@@ -42,8 +42,8 @@ void servo_node_report_stored(servo_node *node) {
   servo_node_raise_emergency(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
 }
 
-/* A save does not begin while an axis has torque, or still turns since it had: protection may have to brake it. It is
- * never needed then, and its safety is not proven. */
+/* The flash is not written while an axis has torque, or still turns since it had: protection may have to brake it. It
+ * is never needed then, and its safety is not proven. */
 bool servo_node_any_axis_moves(const servo_node *node) {
   bool moves = servo_node_any_axis_is_powered(node);
   for (int i = 0; i < SERVO_AXES; ++i) {
@@ -52,11 +52,19 @@ bool servo_node_any_axis_moves(const servo_node *node) {
   return moves;
 }
 
+/* An axis that is enabled meanwhile waits for the end; limit_motion permits it again. */
+static od_abort write_storage(servo_node *node, persisted_command command) {
+  command.powered = servo_node_any_axis_moves(node);
+  const od_abort answer = persisted_storage_command(&node->storage, &command);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    drive_axis_inputs *inputs = &node->axis[i].inputs;
+    inputs->may_enable = inputs->may_enable && !persisted_storage_writes(&node->storage);
+  }
+  return answer;
+}
+
 static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group) {
-  return persisted_storage_command(
-      &node->storage,
-      &(persisted_command){
-          .saving = saving, .group = group, .powered = servo_node_any_axis_moves(node), .in_force = in_force(node)});
+  return write_storage(node, (persisted_command){.saving = saving, .group = group, .in_force = in_force(node)});
 }
 
 /* Values that wait cannot be stored, and storing only the rest without an error would be wrong. */
@@ -104,9 +112,7 @@ od_abort servo_node_restore(void *context, uint8_t group) {
 
 od_abort servo_node_store_word(void *context, uint64_t hash) {
   servo_node *node = context;
-  return persisted_storage_command(
-      &node->storage, &(persisted_command){
-                          .saving = true, .group = 0, .access_hash = hash, .powered = servo_node_any_axis_moves(node)});
+  return write_storage(node, (persisted_command){.saving = true, .group = 0, .access_hash = hash});
 }
 
 void servo_node_take_word(servo_node *node) {

@@ -227,6 +227,31 @@ static void test_a_failure_that_nobody_fetched_answers_no_other_group(void) {
   TEST_ASSERT_EQUAL(57, get(0x1017, 0));
 }
 
+static void give_controlword(uint32_t word) {
+  TEST_ASSERT_EQUAL(OD_OK, set(0x6040, 0, word));
+  tick();
+  tick();
+}
+
+/* Protection may have to brake an axis that is on, and a write of the flash may hold up the processor. */
+static void test_an_axis_is_enabled_only_when_the_save_has_ended(void) {
+  for (int before = 0x21; before <= 0x23; before += 2) { /* Ready to switch on, Switched on */
+    tick();
+    give_controlword(6);
+    give_controlword(before == 0x21 ? 6 : 7);
+    TEST_ASSERT_EQUAL_HEX32(before, get(0x6041, 0) & 0x6F);
+    change_one_of_each((uint32_t)before);
+    TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 1, SAVE));
+    give_controlword(before == 0x21 ? 7 : 15);
+    TEST_ASSERT_EQUAL_HEX32(before, get(0x6041, 0) & 0x6F);
+    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+    tick();
+    tick();
+    TEST_ASSERT_EQUAL_HEX32(before == 0x21 ? 0x23 : 0x27, get(0x6041, 0) & 0x6F);
+    restart();
+  }
+}
+
 static void test_pdo_mappings_are_stored(void) {
   TEST_ASSERT_EQUAL(OD_OK, set(0x1803, 1, 0x80000480 + NODE_ID));
   TEST_ASSERT_EQUAL(OD_OK, set(0x1A03, 0, 0));
@@ -726,6 +751,7 @@ int main(void) {
   RUN_TEST(test_one_group_is_stored_without_the_other);
   RUN_TEST(test_a_group_whose_save_failed_is_not_stored_with_another_group);
   RUN_TEST(test_a_failure_that_nobody_fetched_answers_no_other_group);
+  RUN_TEST(test_an_axis_is_enabled_only_when_the_save_has_ended);
   RUN_TEST(test_pdo_mappings_are_stored);
   RUN_TEST(test_tpdo8_is_stored);
   RUN_TEST(test_load_brings_the_defaults_back_at_the_next_start);

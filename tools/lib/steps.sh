@@ -171,7 +171,9 @@ sources_to_lint() {
         for source in "${file%.*}.c" "${file%.*}.cpp"; do
           [[ ! -e "$source" ]] || { echo "$source" && continue 2; }
         done
-        grep -rlE "#include \"(.*/)?${file##*/}\"" --include='*.c' --include='*.cpp' firmware hal sim_host | grep -v /tests/ | LC_ALL=C sort | head -n 1
+        # A header that only other headers or tests include gives none; that is no error.
+        { grep -rlE "#include \"(.*/)?${file##*/}\"" --include='*.c' --include='*.cpp' firmware hal sim_host || true; } |
+          sed '/\/tests\//d' | LC_ALL=C sort | sed -n 1p
         ;;
     esac
   done | LC_ALL=C sort -u
@@ -182,22 +184,14 @@ newest_of() {
   local file
   while read -r file; do
     printf '%s %s\n' "$(git log -1 --format=%ct -- "$file")" "$file"
-  done | LC_ALL=C sort -k1,1nr -k2 | head -n "$1" | cut -d' ' -f2-
+  done | LC_ALL=C sort -k1,1nr -k2 | sed -n "1,$1p" | cut -d' ' -f2-
 }
 
-# The gate has little time: what was changed long ago, and the rest, is left to the full run.
-lint_changed() {
-  need_tool run-clang-tidy test || return
-  local base sources=() failed=0 all most=10
-  if ! base="$(full_run_commit)"; then
-    echo "clang-tidy is left to the full run: this clone does not have the commit of a $full_run_page."
-    return
-  fi
-  mapfile -t sources < <(sources_to_lint "$base" | newest_of "$most")
-  echo "clang-tidy on the ${#sources[@]} sources that changed last since the full run of ${base:0:8}, $most at most."
-  [[ ${#sources[@]} != 0 ]] || return 0
+# tidy_sources FILE...: clang-tidy on these sources, with the commands of the build that each belongs to.
+tidy_sources() {
+  local failed=0 all
   : >build/clang-tidy.log
-  all="^$(escaped "$root")/($(for source in "${sources[@]}"; do escaped "$source" && printf '|'; done))\$"
+  all="^$(escaped "$root")/($(for source in "$@"; do escaped "$source" && printf '|'; done))\$"
   all="${all/|)/)}"
   tidy_of host-lint "$all" || failed=1
   ! grep -qE "/hal/(chips|boards/nucleo)" <<<"$all" || tidy_of stm32g474 "$all" "${on_board[@]}" || failed=1
@@ -210,20 +204,37 @@ step_reproducible() {
   cmake --workflow --preset stm32g474 && tools/image/compare-builds
 }
 
-# MISRA on all of firmware/ and hal/; with --changed on what has changed since the branch left its base.
-check_misra() {
-  local files
-  if [[ "$run" != changed ]]; then
+# misra_changed BASE FILE...: MISRA on those of these sources that are the firmware's or the HAL's, or on all if its rules
+# have changed since the commit BASE. What a rule sees in several files is left to the full run.
+misra_changed() {
+  local in_c=()
+  if changed_files "$1" | grep '^tools/misra/' >/dev/null; then
     tools/misra/check firmware
     return
   fi
-  mapfile -t files < <(sources_to_lint "$changed_since" | grep -E '^(firmware|hal)/.*\.c$')
-  [[ ${#files[@]} == 0 ]] || tools/misra/check files "${files[@]}"
+  mapfile -t in_c < <(printf '%s\n' "${@:2}" | grep -E '^(firmware|hal)/.*\.c$')
+  [[ ${#in_c[@]} == 0 ]] || tools/misra/check files "${in_c[@]}"
 }
 
-# In a full run the step tidy reads all sources.
+# The full run and the step by name: MISRA on all sources; the step tidy has all of clang-tidy. The gate, which has little
+# time, and --changed: what changed last since the last full run, or since the branch left its base.
 step_lint() {
-  check_misra && { [[ "$run" == full ]] || lint_changed; }
+  need_tool run-clang-tidy test || return
+  local base="" sources=() most=10
+  if [[ "$run" == full ]]; then
+    tools/misra/check firmware
+    return
+  fi
+  if [[ "$run" == changed ]]; then base="$changed_since"; else base="$(full_run_commit)" || true; fi
+  if [[ -z "$base" ]]; then
+    echo "clang-tidy is left to the full run: this clone does not have the commit of a $full_run_page."
+    tools/misra/check firmware
+    return
+  fi
+  mapfile -t sources < <(sources_to_lint "$base" | newest_of "$most")
+  echo "The ${#sources[@]} sources that changed last since ${base:0:8}, $most at most: ${sources[*]}"
+  if [[ "$run" == steps ]]; then tools/misra/check firmware; else misra_changed "$base" "${sources[@]}"; fi || return
+  [[ ${#sources[@]} == 0 ]] || tidy_sources "${sources[@]}"
 }
 
 step_cppcheck() {
