@@ -305,7 +305,7 @@ static bool overtakes(const can_frame *service, const can_frame *waiting) {
 static void take_services(canopen_node *node) {
   const can_frame *waiting = can_queue_front(&node->process_data);
   const can_frame *frame = can_queue_front(&node->services);
-  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL && !overtakes(frame, waiting); i++) {
+  for (uint32_t i = 0; i < CANOPEN_SERVICES_PER_CALL && frame != NULL && !overtakes(frame, waiting); i++) {
     node->received_us = frame->received_us;
     canopen_receive_service(node, frame);
     can_queue_drop(&node->services);
@@ -399,6 +399,9 @@ static void report_syncs(canopen_node *node) {
 
 static void tick_pdos(canopen_node *node) {
   report_syncs(node);
+  if (node->rpdos_changed) {
+    node_objects_judge_rpdos(node);
+  }
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     if (rpdo_is_monitored(&node->rpdos[n]) && rpdo_tick(&node->rpdos[n])) {
       node_objects_judge_rpdos(node);

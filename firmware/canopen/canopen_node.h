@@ -22,8 +22,9 @@
 #include "canopen/tpdo.h"
 
 enum {
-  CANOPEN_PARTS = 21,           /* of the dictionary: two of the node, the others of the application */
-  CANOPEN_FRAMES_PER_CALL = 16, /* of a queue; twice what 1 Mbit/s can deliver in 1 ms */
+  CANOPEN_PARTS = 21,            /* of the dictionary: two of the node, the others of the application */
+  CANOPEN_FRAMES_PER_CALL = 16,  /* of a queue; twice the frames with eight bytes that 1 Mbit/s delivers in 1 ms */
+  CANOPEN_SERVICES_PER_CALL = 6, /* an SDO request may cost the deferred task 80 us; the queue holds a whole block */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };
 
@@ -88,8 +89,9 @@ typedef struct {
   can_queue process_data;
   can_queue services;
   sdo_server sdo[SDO_CHANNELS];
-  uint32_t sdo_client; /* the channel whose request is being executed; SDO_CHANNELS: none, e.g. an RPDO */
-  uint32_t first_sdo;  /* the channel that sends first in the next call, so that both get their share */
+  uint32_t sdo_client;  /* the channel whose request is being executed; SDO_CHANNELS: none, e.g. an RPDO */
+  uint32_t commit_turn; /* the channel whose long command goes on in this ms when both have one */
+  uint32_t first_sdo;   /* the channel that sends first in the next call, so that both get their share */
   lss_slave lss;
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
@@ -97,6 +99,7 @@ typedef struct {
   sync_clock clock;
   emergency_producer emergency;
   rpdo rpdos[RPDO_COUNT];
+  bool rpdos_changed; /* a frame of theirs was wrong, or the first right one after it: to be reported */
   tpdo tpdos[TPDO_COUNT];
   uint32_t tpdos_in_use; /* 1 + the last one that is on */
   uint16_t received_us;  /* of the frame that is being executed, as in can_frame */
@@ -126,7 +129,7 @@ bool canopen_node_receive(canopen_node *node, const can_frame *frame);
 void canopen_node_take(canopen_node *node);
 
 /* Answers SDO and LSS, sends PDOs, EMCY and heartbeat, and advances the timers. Call every 1 ms, after
- * canopen_node_take. Takes at most CANOPEN_FRAMES_PER_CALL received frames. */
+ * canopen_node_take. Takes at most CANOPEN_SERVICES_PER_CALL received frames. */
 void canopen_node_serve(canopen_node *node);
 
 /* Calls both, for a device that does nothing between them. */

@@ -20,9 +20,7 @@ static void receive_nmt(canopen_node *node, const can_frame *frame) {
 static void receive_pdo(canopen_node *node, rpdo *receiver, const can_frame *frame) {
   const bool was_bad = rpdo_is_bad(receiver);
   const rpdo_verdict verdict = frame == NULL ? rpdo_sync(receiver) : rpdo_receive(receiver, frame);
-  if (was_bad || verdict >= RPDO_REFUSED) {
-    node_objects_judge_rpdos(node);
-  }
+  node->rpdos_changed = node->rpdos_changed || was_bad || verdict >= RPDO_REFUSED;
 }
 
 /* A command that must wait for the one before it stays in the queue, with all that follows it: each takes effect in a
@@ -37,20 +35,26 @@ static bool stays_in_queue(canopen_node *node, rpdo *receiver, const can_frame *
   return false;
 }
 
-/* Whether the frame has been used. */
+/* Whether the frame has been used. No two RPDOs have the same identifier. */
 static bool receive_pdos(canopen_node *node, const can_frame *frame) {
-  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    if (frame->id != node->listeners.rpdo[n]) {
-      continue;
-    }
-    if (node->rpdos[n].speaks) {
-      canopen_node_heard(node);
-    }
-    if (!rpdo_must_wait(&node->rpdos[n], frame)) {
-      receive_pdo(node, &node->rpdos[n], frame);
-    } else if (stays_in_queue(node, &node->rpdos[n], frame)) {
-      return false;
-    }
+  uint32_t n = 0;
+  /* Bound: RPDO_COUNT. */
+  while (n < RPDO_COUNT && frame->id != node->listeners.rpdo[n]) {
+    n++;
+  }
+  if (n == RPDO_COUNT) {
+    return true;
+  }
+  rpdo *receiver = &node->rpdos[n];
+  const bool must_wait = rpdo_must_wait(receiver, frame);
+  if (must_wait && stays_in_queue(node, receiver, frame)) {
+    return false;
+  }
+  if (receiver->speaks) {
+    canopen_node_heard(node);
+  }
+  if (!must_wait) {
+    receive_pdo(node, receiver, frame);
   }
   return true;
 }

@@ -40,8 +40,24 @@ static void receive_sdo(canopen_node *node, uint32_t channel, const can_frame *f
   }
 }
 
-void canopen_tick_sdo(canopen_node *node) {
+/* Long commands on both channels go on in turn: both in one ms would hold up the next tick. */
+static bool both_commit(const canopen_node *node) {
+  bool both = true;
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    both = both && sdo_server_commits(&node->sdo[i]);
+  }
+  return both;
+}
+
+void canopen_tick_sdo(canopen_node *node) {
+  const bool in_turn = both_commit(node);
+  if (in_turn) {
+    node->commit_turn = (node->commit_turn + 1) % SDO_CHANNELS;
+  }
+  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    if (in_turn && i != node->commit_turn) {
+      continue;
+    }
     if (node_objects_sdo_is_on(&node->objects, i)) {
       node->sdo_client = i;
       sdo_server_tick(&node->sdo[i]);

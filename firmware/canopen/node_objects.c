@@ -55,17 +55,14 @@ static uint32_t cob_id_of(const communication_objects *objects, uint32_t use) {
   }
 }
 
-/* One frame may go into several RPDOs: each of them receives it. */
-static bool may_share(uint32_t one, uint32_t other) {
-  return one >= USE_RPDO && one < RECEIVING_USES && other >= USE_RPDO && other < RECEIVING_USES;
-}
-
-/* Whether `cob_id`, as the COB-ID of `use`, has the identifier of another of the first `count` uses. */
+/* Whether `cob_id`, as the COB-ID of `use`, has the identifier of another of the first `count` uses. Two RPDOs share
+ * none either: what a frame may cost the tick is bounded by one RPDO, and its commands take effect together or wait
+ * together. */
 static bool is_taken(const communication_objects *objects, uint32_t use, uint32_t cob_id, uint32_t count) {
   bool taken = false;
   /* Bound: USES: what its callers give. */
   for (uint32_t other = 0; other < count && cob_id_is_valid(cob_id); other++) {
-    taken = taken || (other != use && !may_share(use, other) && is_valid_and_same(cob_id_of(objects, other), cob_id));
+    taken = taken || (other != use && is_valid_and_same(cob_id_of(objects, other), cob_id));
   }
   return taken;
 }
@@ -259,12 +256,20 @@ static void report(canopen_node *node, const emergency_error *error, bool active
 void node_objects_judge_rpdos(canopen_node *node) {
   bool short_one = false;
   bool late_one = false;
+  uint32_t refused_object = 0;
   uint32_t refusing = RPDO_COUNT;
+  node->rpdos_changed = false;
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    const rpdo *judged = &node->rpdos[n];
-    short_one = short_one || judged->wrong_length;
+    rpdo *judged = &node->rpdos[n];
+    const rpdo_errors errors = rpdo_take_errors(judged);
+    node->rpdos_changed =
+        node->rpdos_changed || (!rpdo_is_bad(judged) && (errors.short_one || errors.refused_object != 0));
+    short_one = short_one || errors.short_one;
     late_one = late_one || judged->late;
-    refusing = refusing == RPDO_COUNT && judged->refused_object != 0 ? n : refusing;
+    if (refusing == RPDO_COUNT && errors.refused_object != 0) {
+      refusing = n;
+      refused_object = errors.refused_object;
+    }
   }
   const bool refused = refusing < RPDO_COUNT;
   const emergency_error too_short = {.code = EMERGENCY_PDO_LENGTH, .register_bits = ERROR_COMMUNICATION};
@@ -272,7 +277,7 @@ void node_objects_judge_rpdos(canopen_node *node) {
   const emergency_error value = {.code = EMERGENCY_PDO_REFUSED,
                                  .register_bits = ERROR_COMMUNICATION,
                                  .detail = (uint8_t)(refusing + 1),
-                                 .object = refused ? node->rpdos[refusing].refused_object : 0};
+                                 .object = refused_object};
   report(node, &too_short, short_one);
   report(node, &late, late_one);
   report(node, &value, refused);

@@ -12,6 +12,8 @@ void rpdo_reset(rpdo *self) {
   self->waiting = false;
   self->silent_ms = 0;
   self->refused_object = 0;
+  self->was_too_short = false;
+  self->was_refused = 0;
 }
 
 static bool speaks(const pdo_map *map) {
@@ -43,6 +45,7 @@ static rpdo_verdict apply(rpdo *self, const uint8_t *bytes) {
   }
   self->refused++;
   self->refused_object = (uint32_t)od_index(&refused) << 8 | refused.entry->sub;
+  self->was_refused = self->refused_object;
   return RPDO_REFUSED;
 }
 
@@ -64,6 +67,7 @@ rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame) {
   }
   if (frame->length < self->map.length) {
     self->wrong_length = true;
+    self->was_too_short = true;
     if (pdo_obey_stops(&self->map, frame->data, frame->length)) {
       self->waiting = false; /* an earlier command must not undo the stop at the next SYNC */
     }
@@ -90,6 +94,14 @@ rpdo_verdict rpdo_sync(rpdo *self) {
   }
   self->waiting = false;
   return apply(self, self->bytes);
+}
+
+rpdo_errors rpdo_take_errors(rpdo *self) {
+  const rpdo_errors errors = {.short_one = self->wrong_length || self->was_too_short,
+                              .refused_object = self->refused_object != 0 ? self->refused_object : self->was_refused};
+  self->was_too_short = false;
+  self->was_refused = 0;
+  return errors;
 }
 
 bool rpdo_tick(rpdo *self) {

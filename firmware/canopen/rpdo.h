@@ -17,11 +17,13 @@ typedef struct {
   uint16_t monitored_ms; /* maximum silence; 0: not monitored */
   bool heard;            /* silence is monitored from the first frame on */
   bool late;             /* silence has been reported */
-  bool wrong_length;     /* the last frame was too short */
+  bool wrong_length;     /* the last frame was too short, */
+  bool was_too_short;    /* or one since rpdo_take_errors was called */
   bool waiting;          /* `bytes` wait for SYNC */
   uint16_t silent_ms;
   uint32_t refused;        /* frames with a value that its object refused */
   uint32_t refused_object; /* of the last frame: index << 8 | sub-index; 0: it was accepted */
+  uint32_t was_refused;    /* the same of the last frame that was refused since rpdo_take_errors was called */
   uint8_t bytes[CAN_FRAME_BYTES];
 } rpdo;
 
@@ -52,6 +54,14 @@ rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame);
 
 /* Writes the frame that waits for SYNC. Returns RPDO_IGNORED when none does. */
 rpdo_verdict rpdo_sync(rpdo *self);
+
+typedef struct {
+  bool short_one;          /* a frame was too short */
+  uint32_t refused_object; /* index << 8 | sub-index; 0: no frame was refused */
+} rpdo_errors;
+
+/* Returns what was wrong with the last frame, or with one since the last call. */
+rpdo_errors rpdo_take_errors(rpdo *self);
 
 /* Counts one ms. Returns true once, when the PDO has been silent for its event time. */
 bool rpdo_tick(rpdo *self);

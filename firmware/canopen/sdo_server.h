@@ -80,6 +80,9 @@ void sdo_server_receive(sdo_server *server, const uint8_t request[SDO_BYTES]);
 const uint8_t *sdo_server_outgoing(sdo_server *server);
 void sdo_server_sent(sdo_server *server);
 
+/* Returns whether an owner has answered OD_PENDING and has not ended yet. */
+static inline bool sdo_server_commits(const sdo_server *server) { return server->state == SDO_COMMITTING; }
+
 /* Handles the time-out (abort 0504 0000), and calls an owner again who returned OD_PENDING. Call once per ms. */
 void sdo_server_tick(sdo_server *server);
 

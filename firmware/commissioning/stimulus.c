@@ -4,8 +4,9 @@
 #include "base/scalar.h"
 
 #define REST_BEFORE_BREAKAWAY_S 0.5f
-#define BEYOND_EVERY_LIMIT_RAD_S 1e6f
-#define CHIRP_FADE 0.05f /* share of the chirp in which its torque fades in and out */
+#define BEYOND_EVERY_RATIO 1e12f /* of the slowest speed, 1e-6 rad/s */
+enum { COUNT_BITS = 10 };        /* of stimulus_setup.count, at most 1000 */
+#define CHIRP_FADE 0.05f         /* share of the chirp in which its torque fades in and out */
 
 /* --- requested values --- */
 
@@ -44,6 +45,29 @@ control_status stimulus_check(const stimulus_setup *setup) {
   return CONTROL_OK;
 }
 
+/* 1 + r + ... + r^(count - 1), and r^count. */
+typedef struct {
+  float sum;
+  float power;
+} geometric_series;
+
+/* Doubles the number of terms with each bit of the count: a reading of 0x2100 may not hold up the deferred task. */
+static geometric_series series_of(float ratio, uint32_t count) {
+  geometric_series series = {.sum = 0.0f, .power = 1.0f};
+  /* Bound: COUNT_BITS: the limit of 0x2100:5 is 1000. */
+  for (uint32_t bit = 1u << (COUNT_BITS - 1u); bit != 0; bit >>= 1) {
+    series.sum += series.sum * series.power;
+    series.power *= series.power;
+    if ((count & bit) != 0) {
+      series.sum = series.sum * ratio + 1.0f;
+      series.power *= ratio;
+    }
+    series.sum = scalar_min(series.sum, BEYOND_EVERY_RATIO);
+    series.power = scalar_min(series.power, BEYOND_EVERY_RATIO);
+  }
+  return series;
+}
+
 float stimulus_peak_rate_rad_s(const stimulus_setup *setup) {
   if (setup->kind == STIMULUS_HYSTERESIS) {
     return 4.0f * setup->amplitude_rad / setup->dwell_s;
@@ -51,36 +75,20 @@ float stimulus_peak_rate_rad_s(const stimulus_setup *setup) {
   if (!uses_speed(setup->kind)) {
     return 0.0f;
   }
-  float rate_rad_s = setup->low_rad_s;
-  /* Bound: 1000, the limit of 0x2100:5; when an experiment is set up or started, not in each tick. */
-  for (uint32_t i = 1; setup->kind == STIMULUS_SWEEP && i < setup->count && rate_rad_s < BEYOND_EVERY_LIMIT_RAD_S;
-       ++i) {
-    rate_rad_s *= setup->speed_ratio;
-  }
-  return rate_rad_s;
+  const bool rises = setup->kind == STIMULUS_SWEEP && setup->count > 0;
+  return setup->low_rad_s * (rises ? series_of(setup->speed_ratio, setup->count - 1).power : 1.0f);
 }
 
 float stimulus_peak_torque_nm(const stimulus_setup *setup) {
   return uses_torque(setup->kind) ? setup->amplitude_nm : 0.0f;
 }
 
-/* Sum of all the speeds of a sweep. */
-static float sum_of_rates_rad_s(const stimulus_setup *setup) {
-  float rate_rad_s = setup->low_rad_s;
-  float sum_rad_s = 0.0f;
-  /* Bound: 1000, the limit of 0x2100:5; when an experiment is set up or started, not in each tick. */
-  for (uint32_t i = 0; i < setup->count && sum_rad_s < BEYOND_EVERY_LIMIT_RAD_S; ++i) {
-    sum_rad_s += rate_rad_s;
-    rate_rad_s *= setup->speed_ratio;
-  }
-  return sum_rad_s;
-}
-
 float stimulus_duration_s(const stimulus_setup *setup) {
   const float count = (float)setup->count;
   switch (setup->kind) {
     case STIMULUS_SWEEP: /* each speed forth and back, and twice from one to the other */
-      return 2.0f * count * setup->dwell_s + 4.0f * sum_of_rates_rad_s(setup) / setup->acceleration_rad_s2;
+      return 2.0f * count * setup->dwell_s +
+             4.0f * setup->low_rad_s * series_of(setup->speed_ratio, setup->count).sum / setup->acceleration_rad_s2;
     case STIMULUS_CHIRP:
       return count * (2.0f * setup->dwell_s + 4.0f * setup->low_rad_s / setup->acceleration_rad_s2);
     case STIMULUS_BREAKAWAY:

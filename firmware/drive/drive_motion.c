@@ -248,7 +248,8 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
 }
 
 /* 6072, 60E0 and 60E1, narrowed further by limits in the command; in csp and csv the torque offset 60B2. */
-static void add_torque(const drive_motion *motion, const drive_torque_objects *torque, servo_axis_command *command) {
+static void add_torque(const drive_motion *motion, const drive_torque_objects *torque, float rate_rad_s,
+                       servo_axis_command *command) {
   const uint16_t up = torque->maximum < torque->positive_limit ? torque->maximum : torque->positive_limit;
   const uint16_t down = torque->maximum < torque->negative_limit ? torque->maximum : torque->negative_limit;
   const float up_nm = drive_torque_from_permille(up, torque->rated_mnm);
@@ -257,7 +258,9 @@ static void add_torque(const drive_motion *motion, const drive_torque_objects *t
   command->torque_limited = true;
   command->limits = (torque_limits){scalar_max(own.minimum_nm, -down_nm), scalar_min(own.maximum_nm, up_nm)};
   if (motion->mode == DRIVE_CYCLIC_POSITION || motion->mode == DRIVE_CYCLIC_VELOCITY) {
-    command->torque_nm = drive_torque_from_permille(torque->offset, torque->rated_mnm);
+    const float offset_nm = drive_torque_from_permille(torque->offset, torque->rated_mnm);
+    const bool held = motion->bounds.position_unknown; /* an end stop may be anywhere: as 6071 */
+    command->torque_nm = held ? motion_held_below_limit(offset_nm, rate_rad_s, motion->bounds.rate_rad_s) : offset_nm;
   }
 }
 
@@ -327,7 +330,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     setpoint = motion_ordered_stop(motion, feedback, &limits, dt_s);
   }
   motion->next.ready = false;
-  add_torque(motion, &objects->torque, &setpoint.command);
+  add_torque(motion, &objects->torque, feedback->rate_rad_s, &setpoint.command);
   setpoint.command.rate_limit_rad_s = BEYOND_LIMIT * motion->bounds.rate_rad_s;
   keep_plausible(&setpoint.command);
   return setpoint;

@@ -81,6 +81,7 @@ typedef struct {
   drive_angle position;    /* of the axis in the last tick */
   float travel_rad;        /* of the ramp since then: pp, pv and stops */
   drive_profile_step next; /* prepared for the coming tick */
+  bool carried_on;         /* nothing was prepared for the last tick either */
   setpoint_queue setpoints;
   rate_interpolation rates;
   position_interpolation positions;

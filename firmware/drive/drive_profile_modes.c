@@ -141,12 +141,14 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
   }
 }
 
-/* While nothing is prepared: no jerk. */
+/* While nothing is prepared: no jerk. But a master that changes the mode in each tick, so that nothing is ever
+ * prepared, is owed no further acceleration. */
 static drive_profile_step carry_on(const drive_motion *motion, float dt_s) {
   drive_profile_step step = step_from_now(motion);
-  const float gain_rad_s = motion->ramp.acceleration_rad_s2 * dt_s;
+  step.ramp.acceleration_rad_s2 = motion->carried_on ? 0.0f : motion->ramp.acceleration_rad_s2;
+  const float gain_rad_s = step.ramp.acceleration_rad_s2 * dt_s;
   const profile_motion made = {.travel_rad = (motion->ramp.rate_rad_s + 0.5f * gain_rad_s) * dt_s,
-                               .mean_acceleration_rad_s2 = motion->ramp.acceleration_rad_s2};
+                               .mean_acceleration_rad_s2 = step.ramp.acceleration_rad_s2};
   step.ramp.rate_rad_s += gain_rad_s;
   finish_step(&step, &made);
   return step;
@@ -154,9 +156,11 @@ static drive_profile_step carry_on(const drive_motion *motion, float dt_s) {
 
 /* The set-point of now, then the prepared one. */
 static drive_setpoint take_step(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
-  if (!motion->next.ready) {
+  const bool prepared = motion->next.ready;
+  if (!prepared) {
     motion->next = carry_on(motion, dt_s);
   }
+  motion->carried_on = !prepared;
   const drive_profile_step *next = &motion->next;
   drive_setpoint setpoint = motion_setpoint(motion, feedback);
   setpoint.command.speed.acceleration_rad_s2 = next->mean_acceleration_rad_s2;

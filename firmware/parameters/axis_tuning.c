@@ -42,12 +42,16 @@ static bool names_same_machine(const axis_parameters *one, const axis_parameters
   return same;
 }
 
+static bool are_same(const axis_parameters *one, const axis_parameters *other) {
+  return memcmp(one, other, sizeof *one) == 0;
+}
+
 static void activate(axis_tuning *tuning, const axis_parameters *set) {
   tuning->previous = tuning->active;
   tuning->active = *set;
   tuning->changes++;
   tuning->active_crc = axis_parameters_crc(&tuning->active);
-  tuning->proven_is_active = tuning->active_crc == axis_parameters_crc(&tuning->proven);
+  tuning->proven_is_active = are_same(&tuning->active, &tuning->proven);
   tuning->can_take_back = !tuning->proven_is_active && names_same_machine(&tuning->active, &tuning->proven);
   tuning->quiet_ticks = 0;
 }
@@ -136,14 +140,14 @@ static parameter_refusal unstable(const axis_tuning *tuning) {
   return refusal;
 }
 
-static bool start_judging(axis_tuning *tuning, uint32_t crc) {
+static bool start_judging(axis_tuning *tuning) {
   servo_axis_params built;
   if (axis_parameters_build(&tuning->staged, &built) != CONTROL_OK) {
     return false;
   }
   input_of(&tuning->staged, &built, tuning->gains_follow, &tuning->judged);
   loop_stability_start(&tuning->judgement);
-  tuning->judged_crc = crc;
+  tuning->judged_set = tuning->staged;
   tuning->judging = true;
   return true;
 }
@@ -172,19 +176,23 @@ static bool feedforward_changes(const axis_tuning *tuning) {
   return changes;
 }
 
+/* Its beginning, each slice and what follows the last slice have calls of their own: together they would take too long.
+ */
 loop_verdict axis_tuning_judge(axis_tuning *tuning) {
-  const uint32_t crc = axis_parameters_crc(&tuning->staged);
-  if (!tuning->judging || tuning->judged_crc != crc) {
-    if (!start_judging(tuning, crc)) {
+  if (!tuning->judging || !are_same(&tuning->judged_set, &tuning->staged)) {
+    if (!start_judging(tuning)) {
       return LOOP_STABLE;
     }
     const parameter_refusal feedforward = feedforward_check(&tuning->staged);
-    if (feedforward.status != CONTROL_OK && feedforward_changes(tuning)) {
-      return refuse(tuning, feedforward);
-    }
+    const bool refused = feedforward.status != CONTROL_OK && feedforward_changes(tuning);
+    return refused ? refuse(tuning, feedforward) : LOOP_RUNNING;
   }
-  const loop_verdict verdict = loop_stability_step(&tuning->judgement, &tuning->judged, AXIS_TUNING_SLICE);
-  tuning->judging = verdict == LOOP_RUNNING;
+  const loop_verdict verdict = tuning->judgement.verdict;
+  if (verdict == LOOP_RUNNING) {
+    (void)loop_stability_step(&tuning->judgement, &tuning->judged, AXIS_TUNING_SLICE);
+    return LOOP_RUNNING;
+  }
+  tuning->judging = false;
   return verdict == LOOP_REFUSED ? refuse(tuning, unstable(tuning)) : verdict;
 }
 
@@ -220,7 +228,7 @@ void axis_tuning_take_back(axis_tuning *tuning, servo_axis *axis, servo_axis_par
 }
 
 void axis_tuning_refresh(axis_tuning *tuning) {
-  const bool staged = axis_parameters_crc(&tuning->staged) != tuning->active_crc;
+  const bool staged = !are_same(&tuning->staged, &tuning->active);
   const bool dirty = tuning->active_crc != tuning->stored_crc;
   tuning->flags = (staged ? AXIS_TUNING_STAGED : 0u) | (dirty ? AXIS_TUNING_DIRTY : 0u);
 }

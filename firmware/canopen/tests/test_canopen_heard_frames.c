@@ -55,12 +55,12 @@ static void give_if_heard(uint32_t id, uint8_t length, const uint8_t *bytes) {
   }
 }
 
-/* Whether something else uses this identifier: EMCY, SYNC or a PDO that is on. RPDOs may share one. */
-static bool is_in_use(uint32_t id, bool by_rpdos) {
+/* Whether EMCY, SYNC or a PDO that is on uses this identifier. */
+static bool is_in_use(uint32_t id) {
   const communication_objects *objects = &bench.device.node.objects;
   bool used = objects->sync.cob_id == id || objects->emergency.cob_id == id;
   for (int i = 0; i < RPDO_COUNT; i++) {
-    used = used || (by_rpdos && (objects->rpdo[i].cob_id & ~(uint32_t)COB_ID_NO_REMOTE) == id);
+    used = used || (objects->rpdo[i].cob_id & ~(uint32_t)COB_ID_NO_REMOTE) == id;
   }
   for (int i = 0; i < TPDO_COUNT; i++) {
     used = used || (objects->tpdo[i].cob_id & ~(uint32_t)COB_ID_NO_REMOTE) == id;
@@ -71,7 +71,7 @@ static bool is_in_use(uint32_t id, bool by_rpdos) {
 static void test_an_rpdo_is_obeyed_at_each_identifier_that_it_takes(void) {
   for (uint32_t id = 0; id <= 0x7FF; id++) {
     TEST_ASSERT_EQUAL_HEX32(0, bench_write(RPDO_1, 1, COB_ID_INVALID, 4));
-    if (is_in_use(id, false)) {
+    if (is_in_use(id)) {
       TEST_ASSERT_EQUAL_HEX32(INCOMPATIBLE, bench_write(RPDO_1, 1, id, 4));
       continue;
     }
@@ -90,7 +90,7 @@ static void test_a_sync_is_obeyed_at_each_identifier_that_it_takes(void) {
   const uint8_t none[1] = {0};
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(RPDO_1, 1, COB_ID_INVALID, 4));
   for (uint32_t id = 0; id <= 0x7FF; id++) {
-    if (id != (bench.device.node.objects.sync.cob_id & 0x7FF) && is_in_use(id, true)) {
+    if (id != (bench.device.node.objects.sync.cob_id & 0x7FF) && is_in_use(id)) {
       TEST_ASSERT_EQUAL_HEX32(INCOMPATIBLE, bench_write(SYNC, 0, id, 4));
       continue;
     }

@@ -945,6 +945,40 @@ static void test_an_unknown_position_stops_the_modes_of_positions_alone(void) {
   }
 }
 
+/* As the torque of cst: none at 1.1 times the limit of the speed. */
+static void test_at_an_unknown_position_the_torque_offset_speeds_up_no_axis(void) {
+  for (int unknown = 0; unknown < 2; ++unknown) {
+    bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+    b.machine.position_unknown = unknown != 0;
+    b.o.torque.offset = 100;
+    b.o.velocity.target = 10000000;
+    for (int ms = 0; ms < 3000; ++ms) {
+      b.in.setpoint_arrived = true;
+      tick(&b);
+    }
+    const double full_nm = (double)drive_torque_from_permille(100, b.o.torque.rated_mnm);
+    CHECK_NEAR("offset at the limit, N m", full_nm, b.command.torque_nm, 1e-3 * full_nm);
+    b.in.rate_rad_s = 1.2f * b.command.speed.rate_rad_s;
+    tick(&b);
+    CHECK_NEAR("beyond it, N m", unknown != 0 ? 0.0 : full_nm, b.command.torque_nm, 1e-3 * full_nm);
+  }
+}
+
+/* Nothing is prepared for a tick that changes the mode. */
+static void test_a_mode_that_changes_in_each_tick_does_not_speed_an_axis_up(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = 1000000;
+  ticks(&b, 100);
+  const float begun_rad_s = b.command.speed.rate_rad_s;
+  TEST_ASSERT_TRUE(begun_rad_s > 0.0f);
+  b.o.velocity.target = 0;
+  for (int ms = 0; ms < 1000; ++ms) {
+    b.o.state.mode = ms % 2 == 0 ? DRIVE_HOMING : DRIVE_PROFILE_VELOCITY;
+    tick(&b);
+    TEST_ASSERT_TRUE(b.command.speed.rate_rad_s <= begun_rad_s + 0.01f);
+  }
+}
+
 static void test_csp_holds_a_position_from_the_tick_in_which_it_is_entered(void) {
   static const int8_t modes_before[] = {DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_VELOCITY, DRIVE_CYCLIC_TORQUE};
   for (unsigned i = 0; i < sizeof modes_before / sizeof modes_before[0]; ++i) {
@@ -1740,6 +1774,8 @@ int main(void) {
   RUN_TEST(test_csp_does_not_move_before_its_first_set_point_whatever_607a_was);
   RUN_TEST(test_csp_after_csv_does_not_move_before_its_first_set_point);
   RUN_TEST(test_an_unknown_position_stops_the_modes_of_positions_alone);
+  RUN_TEST(test_at_an_unknown_position_the_torque_offset_speeds_up_no_axis);
+  RUN_TEST(test_a_mode_that_changes_in_each_tick_does_not_speed_an_axis_up);
   RUN_TEST(test_csp_holds_a_position_from_the_tick_in_which_it_is_entered);
   RUN_TEST(test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d);
   RUN_TEST(test_csp_brakes_before_the_limit_when_its_set_points_do_not);

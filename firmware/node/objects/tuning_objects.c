@@ -4,7 +4,7 @@
 #include "node/objects/protection_objects.h"
 #include "parameters/axis_dictionary.h"
 
-enum { TUNING_OBJECT = 0x2070, TUNING_COMMAND = 1 };
+enum { TUNING_OBJECT = 0x2070, TUNING_COMMAND = 1, TUNING_FLAGS = 2 };
 enum { COMMAND_APPLY = 1, COMMAND_REVERT = 2, COMMAND_UNDO = 3, COMMAND_OVERRIDE = 4 };
 
 static bool is_command(const od_object *object) {
@@ -13,7 +13,7 @@ static bool is_command(const od_object *object) {
 
 static od_abort refresh(void *owner, const od_object *object) {
   const tuning_owner *tuned = owner;
-  if (object->entry->index == TUNING_OBJECT) {
+  if (object->entry->index == TUNING_OBJECT && object->entry->sub == TUNING_FLAGS) {
     axis_tuning_refresh(tuned->tuning);
   }
   return OD_OK;
