@@ -34,6 +34,9 @@ static void obey_waiting_stops(canopen_node *node) {
 }
 
 void canopen_enter(canopen_node *node, nmt_state state) {
+  if (node->rpdos_changed) {
+    node_objects_judge_rpdos(node); /* rpdo_reset would forget it */
+  }
   obey_waiting_stops(node);
   node->state = state;
   if (state == NMT_OPERATIONAL) {
@@ -287,7 +290,8 @@ void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s) {
 
 void canopen_node_take(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->process_data);
-  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
+  /* Bound: CANOPEN_FRAMES_PER_CALL: counted since canopen_node_serve. */
+  for (; node->frames_taken < CANOPEN_FRAMES_PER_CALL && frame != NULL; node->frames_taken++) {
     node->received_us = frame->received_us;
     if (node->state != NMT_INITIALISING && !canopen_receive_process_data(node, frame)) {
       return;
@@ -302,10 +306,27 @@ static bool overtakes(const can_frame *service, const can_frame *waiting) {
   return waiting != NULL && (int16_t)(service->received_us - waiting->received_us) >= 0;
 }
 
+/* An SDO request, but no segment of a block: it costs little, and blocks come at the speed of the bus. */
+static bool is_request(const canopen_node *node, const can_frame *frame) {
+  const uint32_t channel = canopen_sdo_channel_of(node, frame);
+  return channel < SDO_CHANNELS && node->sdo[channel].state != SDO_BLOCK_DOWNLOADING;
+}
+
+static uint32_t requests_allowed(const canopen_node *node) {
+  bool commits = false;
+  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    commits = commits || sdo_server_commits(&node->sdo[i]);
+  }
+  return commits ? 1 : CANOPEN_REQUESTS_PER_CALL;
+}
+
 static void take_services(canopen_node *node) {
   const can_frame *waiting = can_queue_front(&node->process_data);
   const can_frame *frame = can_queue_front(&node->services);
-  for (uint32_t i = 0; i < CANOPEN_SERVICES_PER_CALL && frame != NULL && !overtakes(frame, waiting); i++) {
+  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL && !overtakes(frame, waiting); i++) {
+    if (i > 0 && is_request(node, frame) && i >= requests_allowed(node)) {
+      return;
+    }
     node->received_us = frame->received_us;
     canopen_receive_service(node, frame);
     can_queue_drop(&node->services);
@@ -378,9 +399,7 @@ static void tick_overruns(canopen_node *node) {
     node->overruns_reported = overruns;
     node->overrun_quiet_ms = 0;
     canopen_raise_or_clear(node, EMERGENCY_CAN_OVERRUN, true);
-  } else if (node->overrun_quiet_ms < OVERRUN_QUIET_MS) {
-    node->overrun_quiet_ms++;
-  } else {
+  } else if (node->overrun_quiet_ms <= OVERRUN_QUIET_MS && ++node->overrun_quiet_ms > OVERRUN_QUIET_MS) {
     canopen_raise_or_clear(node, EMERGENCY_CAN_OVERRUN, false);
   }
 }
@@ -419,6 +438,7 @@ static void tick_pdos(canopen_node *node) {
 }
 
 void canopen_node_serve(canopen_node *node) {
+  node->frames_taken = 0;
   lss_slave_tick(&node->lss);
   node->silent_ms += node->silent_ms < UINT32_MAX ? 1 : 0;
   sync_clock_tick(&node->clock);
@@ -431,8 +451,8 @@ void canopen_node_serve(canopen_node *node) {
     tick_pdos(node);
   }
   tick_producer(node);
+  canopen_tick_sdo(node); /* first: a long command that begins now goes on in the next ms */
   canopen_node_answer(node);
-  canopen_tick_sdo(node);
   tick_consumers(node);
   tick_overruns(node);
   if (nmt_allows_sdo(node->state)) {

@@ -24,7 +24,7 @@
 enum {
   CANOPEN_PARTS = 21,            /* of the dictionary: two of the node, the others of the application */
   CANOPEN_FRAMES_PER_CALL = 16,  /* of a queue; twice the frames with eight bytes that 1 Mbit/s delivers in 1 ms */
-  CANOPEN_SERVICES_PER_CALL = 6, /* an SDO request may cost the deferred task 80 us; the queue holds a whole block */
+  CANOPEN_REQUESTS_PER_CALL = 4, /* of SDO: one may cost the deferred task 120 us */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };
 
@@ -56,6 +56,8 @@ typedef struct {
   canopen_events events;
   void *context; /* of the events */
 } canopen_config;
+
+enum { CANOPEN_LAST_IDENTIFIER = 0x7FF };
 
 /* The heard identifiers, taken from the objects: a received frame is compared with these only. Greater than any
  * identifier: not heard. */
@@ -95,11 +97,11 @@ typedef struct {
   lss_slave lss;
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
+  bool rpdos_changed; /* a frame of theirs was wrong, or the first right one after it: to be reported */
   sync_consumer sync;
   sync_clock clock;
   emergency_producer emergency;
   rpdo rpdos[RPDO_COUNT];
-  bool rpdos_changed; /* a frame of theirs was wrong, or the first right one after it: to be reported */
   tpdo tpdos[TPDO_COUNT];
   uint32_t tpdos_in_use; /* 1 + the last one that is on */
   uint16_t received_us;  /* of the frame that is being executed, as in can_frame */
@@ -112,6 +114,7 @@ typedef struct {
   uint32_t dropped_commands; /* frames whose command had to wait while the queue was more than half full */
   uint32_t overruns_reported;
   uint16_t overrun_quiet_ms;
+  uint32_t frames_taken; /* of process_data, since canopen_node_serve */
   shared_word heard[CANOPEN_HEARD_WORDS];
 } canopen_node;
 
@@ -124,12 +127,18 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config);
  * lost and counted. */
 bool canopen_node_receive(canopen_node *node, const can_frame *frame);
 
-/* Executes NMT commands and writes RPDOs to the objects. Call every 1 ms. Takes at most CANOPEN_FRAMES_PER_CALL
- * received frames. */
+/* Executes NMT commands and writes RPDOs to the objects. Call every 1 ms, or several times. Takes at most
+ * CANOPEN_FRAMES_PER_CALL received frames until canopen_node_serve is called. */
 void canopen_node_take(canopen_node *node);
 
+/* Returns whether an SDO channel has both its identifiers. */
+static inline bool canopen_sdo_is_on(const canopen_node *node, uint32_t channel) {
+  return node->listeners.sdo_request[channel] <= CANOPEN_LAST_IDENTIFIER;
+}
+
 /* Answers SDO and LSS, sends PDOs, EMCY and heartbeat, and advances the timers. Call every 1 ms, after
- * canopen_node_take. Takes at most CANOPEN_SERVICES_PER_CALL received frames. */
+ * canopen_node_take. Takes at most CANOPEN_FRAMES_PER_CALL received frames, and of them
+ * CANOPEN_REQUESTS_PER_CALL SDO requests, or one while an owner goes on with an earlier one. */
 void canopen_node_serve(canopen_node *node);
 
 /* Calls both, for a device that does nothing between them. */

@@ -58,7 +58,7 @@ void canopen_tick_sdo(canopen_node *node) {
     if (in_turn && i != node->commit_turn) {
       continue;
     }
-    if (node_objects_sdo_is_on(&node->objects, i)) {
+    if (canopen_sdo_is_on(node, i)) {
       node->sdo_client = i;
       sdo_server_tick(&node->sdo[i]);
     } else {

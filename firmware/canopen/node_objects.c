@@ -262,8 +262,8 @@ void node_objects_judge_rpdos(canopen_node *node) {
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     rpdo *judged = &node->rpdos[n];
     const rpdo_errors errors = rpdo_take_errors(judged);
-    node->rpdos_changed =
-        node->rpdos_changed || (!rpdo_is_bad(judged) && (errors.short_one || errors.refused_object != 0));
+    node->rpdos_changed = node->rpdos_changed || errors.short_one != judged->wrong_length ||
+                          errors.refused_object != judged->refused_object; /* the next ms tells of its end */
     short_one = short_one || errors.short_one;
     late_one = late_one || judged->late;
     if (refusing == RPDO_COUNT && errors.refused_object != 0) {
@@ -307,16 +307,15 @@ void node_objects_configure_sync(canopen_node *node) {
   (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_CLOCK);
 }
 
-bool node_objects_sdo_is_on(const communication_objects *objects, uint32_t channel) {
+static bool sdo_is_on(const communication_objects *objects, uint32_t channel) {
   const sdo_channel *ids = &objects->sdo[channel];
   return cob_id_is_valid(ids->request_cob_id) && cob_id_is_valid(ids->response_cob_id);
 }
 
 void node_objects_configure_sdo(canopen_node *node) {
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
-    node->listeners.sdo_request[i] = node_objects_sdo_is_on(&node->objects, i)
-                                         ? node->objects.sdo[i].request_cob_id & COB_ID_IDENTIFIER
-                                         : NO_IDENTIFIER;
+    node->listeners.sdo_request[i] =
+        sdo_is_on(&node->objects, i) ? node->objects.sdo[i].request_cob_id & COB_ID_IDENTIFIER : NO_IDENTIFIER;
   }
 }
 

@@ -17,9 +17,6 @@ void node_objects_configure_tpdo(canopen_node *node, uint32_t n);
 void node_objects_configure_sync(canopen_node *node);
 void node_objects_configure_sdo(canopen_node *node);
 
-/* Returns whether both COB-IDs of SDO channel `channel` (0: 0x1200) are valid. */
-bool node_objects_sdo_is_on(const communication_objects *objects, uint32_t channel);
-
 /* Updates what the receive interrupt accepts. Call after any of these and after a change of the monitored
  * heartbeats. */
 void node_objects_listen(canopen_node *node);

@@ -27,6 +27,9 @@ void tpdo_configure(tpdo *self, const object_dictionary *dictionary, const pdo_c
 
 void tpdo_request(tpdo *self) { self->event = true; }
 
+/* Of more SYNCs in one ms the bus has no room for the answers of every TPDO. */
+enum { SYNCS_AT_ONCE = 4 };
+
 static bool send(tpdo *self, const can_sender *sender) {
   self->waiting = !sender->send(sender->context, &self->frame);
   return !self->waiting;
@@ -71,7 +74,7 @@ static bool sync_is_due(tpdo *self, uint8_t counter) {
 void tpdo_sync(tpdo *self, uint8_t counter) {
   if (self->on && self->synchronous && sync_is_due(self, counter)) {
     const bool once = self->communication->type == PDO_SYNC_ACYCLIC;
-    self->due = once ? 1 : (uint8_t)(self->due + (self->due < UINT8_MAX ? 1 : 0));
+    self->due = once ? 1 : (uint8_t)(self->due + (self->due < SYNCS_AT_ONCE ? 1 : 0));
   }
 }
 
@@ -91,7 +94,7 @@ static void tick_by_sync(tpdo *self, const can_sender *sender) {
   }
   self->event = false;
   memcpy(self->frame.data, bytes, sizeof bytes);
-  /* Bound: 255: counted in 8 bits; CANOPEN_FRAMES_PER_CALL SYNCs a ms. */
+  /* Bound: SYNCS_AT_ONCE. */
   for (uint8_t i = 0; i < due; i++) { /* one per SYNC, however fast they come */
     (void)send(self, sender);
   }

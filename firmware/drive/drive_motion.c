@@ -167,6 +167,9 @@ float motion_stoppable_rate(const drive_motion *motion, const profile_limits *br
 }
 
 float motion_held_below_limit(float torque_nm, float rate_rad_s, float limit_rad_s) {
+  if (!(limit_rad_s > 0.0f)) {
+    return 0.0f;
+  }
   const float ahead_rad_s = torque_nm < 0.0f ? -rate_rad_s : rate_rad_s;
   const float share = (BEYOND_LIMIT * limit_rad_s - ahead_rad_s) / ((BEYOND_LIMIT - 1.0f) * limit_rad_s);
   return torque_nm * scalar_clamp(share, 0.0f, 1.0f);
@@ -226,7 +229,7 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
       return motion_profile_position(motion, objects, feedback, dt_s);
     case DRIVE_PROFILE_VELOCITY:
     case DRIVE_HOMING:
-      return motion_profile_velocity(motion, feedback, dt_s);
+      return motion_profile_velocity(motion, &objects->limit, feedback, dt_s);
     case DRIVE_CYCLIC_POSITION:
       return motion_cyclic_position(motion, objects, feedback, dt_s);
     case DRIVE_CYCLIC_VELOCITY:

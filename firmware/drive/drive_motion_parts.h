@@ -61,7 +61,8 @@ drive_setpoint motion_profile_position(drive_motion *motion, const drive_objects
                                        const drive_feedback *feedback, float dt_s);
 
 /* Serves pv and hm. */
-drive_setpoint motion_profile_velocity(drive_motion *motion, const drive_feedback *feedback, float dt_s);
+drive_setpoint motion_profile_velocity(drive_motion *motion, const drive_limit_objects *limit,
+                                       const drive_feedback *feedback, float dt_s);
 
 drive_setpoint motion_cyclic_position(drive_motion *motion, const drive_objects *objects,
                                       const drive_feedback *feedback, float dt_s);

@@ -141,24 +141,28 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
   }
 }
 
-/* While nothing is prepared: no jerk. But a master that changes the mode in each tick, so that nothing is ever
- * prepared, is owed no further acceleration. */
+/* While nothing is prepared: no jerk. */
 static drive_profile_step carry_on(const drive_motion *motion, float dt_s) {
   drive_profile_step step = step_from_now(motion);
-  step.ramp.acceleration_rad_s2 = motion->carried_on ? 0.0f : motion->ramp.acceleration_rad_s2;
-  const float gain_rad_s = step.ramp.acceleration_rad_s2 * dt_s;
+  const float gain_rad_s = motion->ramp.acceleration_rad_s2 * dt_s;
   const profile_motion made = {.travel_rad = (motion->ramp.rate_rad_s + 0.5f * gain_rad_s) * dt_s,
-                               .mean_acceleration_rad_s2 = step.ramp.acceleration_rad_s2};
+                               .mean_acceleration_rad_s2 = motion->ramp.acceleration_rad_s2};
   step.ramp.rate_rad_s += gain_rad_s;
   finish_step(&step, &made);
   return step;
 }
 
-/* The set-point of now, then the prepared one. */
-static drive_setpoint take_step(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
+/* The set-point of now, then the prepared one. A master that changes the mode in each tick, so that nothing is ever
+ * prepared, stops the axis. */
+static drive_setpoint take_step(drive_motion *motion, const drive_limit_objects *limit, const drive_feedback *feedback,
+                                float dt_s) {
   const bool prepared = motion->next.ready;
   if (!prepared) {
     motion->next = carry_on(motion, dt_s);
+    if (motion->carried_on) {
+      const profile_limits limits = motion_velocity_limits(&motion->bounds, limit);
+      return motion_stop(motion, feedback, &limits, dt_s);
+    }
   }
   motion->carried_on = !prepared;
   const drive_profile_step *next = &motion->next;
@@ -181,14 +185,15 @@ drive_setpoint motion_profile_position(drive_motion *motion, const drive_objects
     return stopping;
   }
   motion_close_loop(motion, SERVO_POSITION, feedback);
-  const drive_setpoint setpoint = take_step(motion, feedback, dt_s);
+  const drive_setpoint setpoint = take_step(motion, &objects->limit, feedback, dt_s);
   if (motion->next.arrived && motion->next.target == motion->setpoints.target.angle) {
     (void)setpoint_queue_finish(&motion->setpoints);
   }
   return setpoint;
 }
 
-drive_setpoint motion_profile_velocity(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
+drive_setpoint motion_profile_velocity(drive_motion *motion, const drive_limit_objects *limit,
+                                       const drive_feedback *feedback, float dt_s) {
   const servo_mode before = motion->loop;
   motion_close_loop(motion, motion->next.ready && motion->next.held ? SERVO_POSITION : SERVO_SPEED, feedback);
   if (motion->next.ready && motion->loop != before) { /* the demand is the present position of the axis */
@@ -196,5 +201,5 @@ drive_setpoint motion_profile_velocity(drive_motion *motion, const drive_feedbac
     motion->next.demand_rest = 0.0f;
     motion_move_demand(&motion->next.demand, &motion->next.demand_rest, motion->next.travel_rad);
   }
-  return take_step(motion, feedback, dt_s);
+  return take_step(motion, limit, feedback, dt_s);
 }

@@ -3,6 +3,9 @@
 
 #include <string.h>
 
+/* Two SDO channels may have turns (canopen_services.c). */
+enum { ANSWER_MS = 2 };
+
 static uint8_t at_most_u8(uint32_t count) { return count < UINT8_MAX ? (uint8_t)count : UINT8_MAX; }
 
 static uint16_t at_most_u16(uint32_t count) { return count < UINT16_MAX ? (uint16_t)count : UINT16_MAX; }
@@ -156,14 +159,15 @@ od_abort persisted_storage_command(persisted_storage *storage, const persisted_c
 }
 
 bool persisted_storage_tick(persisted_storage *storage) {
-  if (storage->progress == PERSISTED_ANSWERED) {
-    storage->progress = PERSISTED_IDLE; /* nobody has called in this tick */
+  if (storage->progress == PERSISTED_ANSWERED && ++storage->answered_ms >= ANSWER_MS) {
+    storage->progress = PERSISTED_IDLE; /* nobody has called */
   }
   const uint32_t work = atomic_load_explicit(&storage->work, memory_order_acquire);
   if (storage->progress != PERSISTED_SAVING || (work != PERSISTED_WORK_DONE && work != PERSISTED_WORK_FAILED)) {
     return false;
   }
   storage->progress = PERSISTED_ANSWERED;
+  storage->answered_ms = 0;
   storage->answer = OD_HARDWARE;
   if (work == PERSISTED_WORK_DONE) {
     adopt(storage);

@@ -53,6 +53,7 @@ typedef struct {
   retained_progress progress;
   bool saving;
   uint8_t group;
+  uint8_t answered_ms; /* how long the answer has waited for its client */
   od_abort answer;
   persisted_objects next;
   uint8_t next_groups;

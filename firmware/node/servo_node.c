@@ -307,7 +307,7 @@ void servo_node_serve(servo_node *node) {
   guard_sets(node);
   access_lock_tick(&node->lock);
   node->lock.powered = servo_node_any_axis_is_powered(node);
-  if (!node_objects_sdo_is_on(&node->canopen.objects, 1)) {
+  if (!canopen_sdo_is_on(&node->canopen, 1)) {
     node->lock.client[1].ticks_left = 0; /* who switches the channel on may be another client */
   }
   canopen_node_serve(&node->canopen);

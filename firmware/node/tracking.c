@@ -6,6 +6,7 @@ enum { CAMERA = 0x3071, CAMERA_SCALE = 1, CAMERA_ROLL = 2, CAMERA_MIRRORED = 7, 
 
 #define TRUSTED_RAD 2e-4f
 
+enum { MESSAGES_PER_MS = 2 };
 enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500, STALE_TICKS = 1000 };
 
 /* Told: eight repeated frames in a row or six others; in the long run more than half of the frames, or two in five. So
@@ -69,7 +70,13 @@ static bool is_stated_delay(const od_object *object) {
   return object->entry->index == CAMERA && object->entry->sub == CAMERA_STATED_DELAY;
 }
 
+/* Of many messages in one ms the tick can take only one; to look at each would make it late. */
 static void take_message(target_tracking *self) {
+  if (self->messages >= MESSAGES_PER_MS) {
+    camera_input_refuse(&self->frames, CAMERA_NOT_NEWER);
+    return;
+  }
+  self->messages++;
   const camera_message *message = &self->objects.message;
   const image_vector error = camera_input_error(&self->frames, &self->objects.params, message);
   if (message->quality >= self->objects.params.min_quality && frozen_picture_shows(&self->picture, error)) {
@@ -444,6 +451,7 @@ bool tracking_is_stale(const target_tracking *self) { return self->stale; }
 
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
   camera_objects *objects = &self->objects;
+  self->messages = 0;
   const bool tracks = azimuth->tracking != DRIVE_NOT_TRACKING || pitch->tracking != DRIVE_NOT_TRACKING;
   tracking_drop_stray_frame(self, azimuth, pitch, tracks);
   count_drops(self, tracks);

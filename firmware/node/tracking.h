@@ -38,6 +38,7 @@ typedef struct {
   exposure_clock clock;   /* 0x1013 */
   strobe_log strobe;
   bool arrived;         /* a frame waits for the tick */
+  uint8_t messages;     /* since tracking_report */
   int32_t exposure_age; /* its age then, 10 us */
   image_vector error;   /* its error */
   camera_input frames;

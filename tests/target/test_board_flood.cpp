@@ -91,6 +91,30 @@ void check(const Flood& flood) {
   expect_no_violations(rig);
 }
 
+std::vector<Setting> with(std::vector<Setting> settings, const std::vector<Setting>& more) {
+  settings.insert(settings.end(), more.begin(), more.end());
+  return settings;
+}
+
+// Three commands for the azimuth, of which the later ones wait, and then the pitch's.
+std::vector<Frame> backlog() {
+  std::vector<Frame> frames = {{0x201, {0x0F, 0, 3}}, {0x201, {0x1F, 0, 3}}, {0x201, {0x0F, 0, 3}}};
+  frames.insert(frames.end(), 60, {0x301, {0x0F, 0, 99}});
+  return frames;
+}
+
+std::vector<Setting> eight_synchronous_tpdos() {
+  std::vector<Setting> settings;
+  for (std::uint16_t n = 0; n < 8; ++n) {
+    const auto object = static_cast<std::uint16_t>(0x1800 + n);
+    const std::uint32_t identifier = n < 4 ? 0x181U + 0x100U * n : 0x681U + n;
+    settings.push_back({object, 1, 0xC0000000U | identifier, 4});
+    settings.push_back({object, 2, 1, 1});
+    settings.push_back({object, 1, 0x40000000U | identifier, 4});
+  }
+  return settings;
+}
+
 void test_no_flood_makes_a_tick_late() {
   const Frame apply{0x601, {0x2F, 0x70, 0x20, 1, 1, 0, 0, 0}};
   const Frame apply_to_pitch{0x6A0, {0x2F, 0x70, 0x28, 1, 1, 0, 0, 0}};  // in the second client's channel
@@ -105,10 +129,27 @@ void test_no_flood_makes_a_tick_late() {
       {"RPDO with a value out of range",
        {{0x301, {0x0F, 0, 99, 0, 0, 0, 0, 0}}, {0x301, {0x0F, 0, 98, 0, 0, 0, 0, 0}}}},
       {"RPDO with another command each time", {{0x201, {0x0F, 0, 3}}, {0x201, {0x1F, 0, 3}}}},
+      {"commands that wait, then values out of range", backlog()},
       {"SYNC", {{0x080, {}}}},
+      {"SYNC, answered by eight TPDOs", {{0x080, {}}}, eight_synchronous_tpdos()},
+      {"camera frames of one byte",
+       {{0x501, {1}}, {0x501, {2}}},
+       {{0x1403, 1, 0x80000501, 4},
+        {0x1603, 0, 0, 1},
+        {0x1603, 1, 0x30700508, 4},
+        {0x1603, 0, 1, 1},
+        {0x1403, 2, 255, 1},
+        {0x1403, 1, 0x501, 4}}},
       {"SDO, reading what is computed", {{0x601, {0x40, 0x00, 0x21, 18, 0, 0, 0, 0}}}, long_sweep},
       {"SDO, reading what is compared", {{0x601, {0x40, 0x70, 0x20, 2, 0, 0, 0, 0}}}},
       {"SDO, applying gains of both axes", {apply, apply_to_pitch}, gains},
+      {"SDO, applying gains of one axis while a TPDO is mapped",
+       {apply_to_pitch, {0x601, {0x2F, 0x00, 0x1A, 0, 8, 0, 0, 0}}},
+       with(gains, {{0x1800, 1, 0xC0000181, 4}})},
+      {"SDO, applying gains of one axis while defaults are asked for",
+       {apply_to_pitch, {0x601, {0x23, 0x11, 0x10, 1, 0x6C, 0x6F, 0x61, 0x64}}},
+       gains},
+      {"SDO, gains that are refused", {apply}, {{0x2030, 8, bench::bits_of(1e-6F), 4}}},
       {"SDO, storing", {{0x601, {0x23, 0x10, 0x10, 1, 0x73, 0x61, 0x76, 0x65}}}},
       {"LSS", {{0x7E5, {0x5A, 0, 0, 0, 0, 0, 0, 0}}}},
       {"NMT", {{0x000, {128, 1}}, {0x000, {1, 1}}}, {}, true},
