@@ -81,7 +81,6 @@ typedef struct {
   drive_angle position;    /* of the axis in the last tick */
   float travel_rad;        /* of the ramp since then: pp, pv and stops */
   drive_profile_step next; /* prepared for the coming tick */
-  bool carried_on;         /* nothing was prepared for the last tick either */
   setpoint_queue setpoints;
   rate_interpolation rates;
   position_interpolation positions;
@@ -93,6 +92,7 @@ typedef struct {
   const servo_target *followed;   /* the target that it tracks in this tick; NULL: none */
   float tracked_rad_s2;           /* the acceleration that it fed forward, or that of the ramp */
   bool ordered;                   /* a command, a fault or missing set-points order a stop: protection sees to it */
+  bool carried_on;                /* nothing was prepared for the last tick either */
   float torque_nm;                /* cst: moving along the torque slope */
   float homing_rad_s;             /* hm: set-point of the ramp */
   uint16_t blocked_ms;            /* for so long it has not got to a held position outside the travel */

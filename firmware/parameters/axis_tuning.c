@@ -43,7 +43,7 @@ static bool names_same_machine(const axis_parameters *one, const axis_parameters
 }
 
 static bool are_same(const axis_parameters *one, const axis_parameters *other) {
-  return memcmp(one, other, sizeof *one) == 0;
+  return memcmp((const uint8_t *)one, (const uint8_t *)other, sizeof *one) == 0;
 }
 
 static void activate(axis_tuning *tuning, const axis_parameters *set) {

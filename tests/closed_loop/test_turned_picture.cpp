@@ -25,7 +25,7 @@ extern "C" void tearDown() {}
 namespace {
 
 constexpr double kRadPerDeg = 3.141592653589793 / 180.0;
-constexpr double kStopWithin_s = 1.0;
+constexpr double kStopWithin_s = 1.1;
 constexpr double kBeyond_rad = 2.0 * kRadPerDeg;
 constexpr JointPair kStart_rad = {0.0, 0.3};
 constexpr int kWrong = 6;  // 3072:5
