@@ -154,6 +154,7 @@ def test_braking_measures_torque_and_friction_over_inertia_and_writes_the_safe_p
 
 @pytest.mark.image
 @pytest.mark.real_time
+@pytest.mark.alone
 def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_listens(
     servo: Bench, eventually: Eventually
 ) -> None:
