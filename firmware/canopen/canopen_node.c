@@ -313,11 +313,7 @@ static bool is_request(const canopen_node *node, const can_frame *frame) {
 }
 
 static uint32_t requests_allowed(const canopen_node *node) {
-  bool commits = false;
-  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
-    commits = commits || sdo_server_commits(&node->sdo[i]);
-  }
-  return commits ? 1 : CANOPEN_REQUESTS_PER_CALL;
+  return canopen_sdo_commits(node) != 0 ? 1 : CANOPEN_REQUESTS_PER_CALL;
 }
 
 static void take_services(canopen_node *node) {

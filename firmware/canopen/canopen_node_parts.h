@@ -47,6 +47,9 @@ void canopen_send_lss(canopen_node *node);
 
 void canopen_tick_sdo(canopen_node *node);
 
+/* Returns how many channels have a command that goes on from ms to ms. */
+uint32_t canopen_sdo_commits(const canopen_node *node);
+
 /* Reports that a heartbeat producer is lost. */
 void canopen_lose_producer(canopen_node *node, uint8_t lost);
 

@@ -40,17 +40,17 @@ static void receive_sdo(canopen_node *node, uint32_t channel, const can_frame *f
   }
 }
 
-/* Long commands on both channels go on in turn: both in one ms would hold up the next tick. */
-static bool both_commit(const canopen_node *node) {
-  bool both = true;
+uint32_t canopen_sdo_commits(const canopen_node *node) {
+  uint32_t count = 0;
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
-    both = both && sdo_server_commits(&node->sdo[i]);
+    count += sdo_server_commits(&node->sdo[i]) ? 1 : 0;
   }
-  return both;
+  return count;
 }
 
+/* Long commands on both channels go on in turn: both in one ms would hold up the next tick. */
 void canopen_tick_sdo(canopen_node *node) {
-  const bool in_turn = both_commit(node);
+  const bool in_turn = canopen_sdo_commits(node) == SDO_CHANNELS;
   if (in_turn) {
     node->commit_turn = (node->commit_turn + 1) % SDO_CHANNELS;
   }

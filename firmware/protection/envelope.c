@@ -183,5 +183,6 @@ bool envelope_at_rest(const envelope_state *state) { return state->braking && st
 float envelope_fastest_rad_s(const envelope_limits *limits, float room_rad) {
   const float room = scalar_max(room_rad, 0.0f);
   const float dead_rad_s = 0.5f * limits->twice_rad_s2 * DEAD_TIME_S;
-  return scalar_min(sqrtf(dead_rad_s * dead_rad_s + limits->twice_rad_s2 * room) - dead_rad_s, limits->fastest_rad_s);
+  const float rate_rad_s = sqrtf(dead_rad_s * dead_rad_s + limits->twice_rad_s2 * room) - dead_rad_s;
+  return scalar_clamp(rate_rad_s, 0.0f, limits->fastest_rad_s);
 }

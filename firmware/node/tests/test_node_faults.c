@@ -10,7 +10,7 @@ enum { BOARD = 0x3060, STOPPING_MARGIN = 17, WAITING, MOTOR = 0x2055, CURRENT_LI
 enum { LOG = 0x3020, LOG_COUNT = 1, LOG_COMMAND, NEWEST, ACCESS = 0x3040, WORD = 1, LEFT_S, PP = 1, PV = 3, CST = 10 };
 enum { HEADER = 8, SAMPLE = (int)sizeof(fault_log_sample), EMCY = 0x080 + NODE_ID };
 
-enum { CLIENT_B = 0x6A0, DELAY_S = 6, PARAMETER_SET = 0x2070, GAINS = 0x2000, SCALES = 0x3060 };
+enum { HOME_OFFSET = 0x607C, CLIENT_B = 0x6A0, DELAY_S = 6, PARAMETER_SET = 0x2070, GAINS = 0x2000, SCALES = 0x3060 };
 
 #define OPEN 0x6E65706Fu
 #define BAD_VALUE 0x06090030u
@@ -198,6 +198,25 @@ static void test_loading_the_defaults_needs_the_lock_when_guarded_values_differ(
   wait_ms(500);
   SET(ACCESS, WORD, OPEN);
   SET(0x1011, 1, LOAD_WORD);
+}
+
+/* The smallest change: the last bit of an integer or of a real number. */
+static void test_a_guarded_value_of_any_kind_and_axis_keeps_the_defaults_from_being_loaded(void) {
+  static const struct {
+    uint32_t index;
+    uint8_t sub;
+  } guarded[] = {{PROTECTION, OVERSPEED}, {PROTECTION + PITCH, OVERSPEED}, {HOME_OFFSET, 0}, {HOME_OFFSET + PITCH, 0},
+                 {MOTOR, CURRENT_LIMIT},  {MOTOR + PITCH, CURRENT_LIMIT},  {SCALES, 1}};
+  for (size_t i = 0; i < sizeof guarded / sizeof guarded[0]; ++i) {
+    const uint32_t before = get(guarded[i].index, guarded[i].sub);
+    for (uint32_t change = 0; change <= 1; ++change) {
+      SET(ACCESS, WORD, OPEN);
+      SET(guarded[i].index, guarded[i].sub, before + (change ^ 1u));
+      SET(PARAMETER_SET + (guarded[i].index & PITCH), 1, 1);
+      SET(ACCESS, WORD, 0);
+      TEST_ASSERT_EQUAL_HEX32(change == 0 ? DEVICE_STATE : 0, set(0x1011, 1, LOAD_WORD));
+    }
+  }
 }
 
 static void test_nothing_guarded_changes_while_an_axis_has_torque(void) {
@@ -995,6 +1014,7 @@ int main(void) {
   RUN_TEST(test_apply_and_undo_of_motor_data_need_the_lock);
   RUN_TEST(test_gains_without_a_check_are_stored_only_while_the_lock_is_open);
   RUN_TEST(test_loading_the_defaults_needs_the_lock_when_guarded_values_differ);
+  RUN_TEST(test_a_guarded_value_of_any_kind_and_axis_keeps_the_defaults_from_being_loaded);
   RUN_TEST(test_nothing_guarded_changes_while_an_axis_has_torque);
   RUN_TEST(test_the_lock_closes_by_itself_after_a_minute);
   RUN_TEST(test_a_limit_out_of_range_is_refused);

@@ -233,23 +233,26 @@ static void test_it_reads_the_samples_of_its_axes(void) {
 
 static void test_parameters_out_of_range_are_refused_and_change_nothing(void) {
   pointing p = configured();
-  pointing_params bad[6];
-  for (int i = 0; i < 6; ++i) {
-    bad[i] = good_params();
+  pointing_params bad = good_params();
+  const struct {
+    float *value;
+    float low, high; /* just beyond the range */
+  } cases[] = {
+      {&bad.tracker.estimator_rad_s, 0.0f, 51.0f},     {&bad.inertia.azimuth_kg_m2, 0.0f, 1.01e5f},
+      {&bad.inertia.azimuth_swing_kg_m2, -3.0f, 1e5f}, /* at pitch 0: none is left; more than 1e5 */
+      {&bad.inertia.pitch_kg_m2, 0.0f, 1.01e5f},       {&bad.fed_forward_kg_m2.azimuth, -0.1f, 1.01e5f},
+      {&bad.fed_forward_kg_m2.pitch, -0.1f, 1.01e5f},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    const float good = *cases[i].value;
+    const float wrong[] = {cases[i].low, cases[i].high, NAN};
+    for (int w = 0; w < 3; ++w) {
+      *cases[i].value = wrong[w];
+      CHECK_STATUS(w < 2 ? CONTROL_OUT_OF_RANGE : CONTROL_NOT_FINITE, pointing_configure(&p, &bad));
+      CHECK_SAME("inertia", 3.0, p.params.inertia.azimuth_kg_m2);
+    }
+    *cases[i].value = good;
   }
-  bad[0].tracker.estimator_rad_s = 0.0f;
-  bad[1].inertia.azimuth_kg_m2 = 0.0f;
-  bad[2].inertia.azimuth_swing_kg_m2 = -3.0f; /* none is left at pitch 0 */
-  bad[3].inertia.pitch_kg_m2 = -1.0f;
-  bad[4].fed_forward_kg_m2.azimuth = -1.0f;
-  bad[5].fed_forward_kg_m2.pitch = 2e5f;
-  for (int i = 0; i < 6; ++i) {
-    CHECK_STATUS(CONTROL_OUT_OF_RANGE, pointing_configure(&p, &bad[i]));
-    CHECK_SAME("inertia", 3.0, p.params.inertia.azimuth_kg_m2);
-  }
-  bad[0] = good_params();
-  bad[0].fed_forward_kg_m2.pitch = NAN;
-  CHECK_STATUS(CONTROL_NOT_FINITE, pointing_configure(&p, &bad[0]));
 }
 
 int main(void) {

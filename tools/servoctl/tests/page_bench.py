@@ -207,7 +207,8 @@ def opened(browser: Browser, server: Server, draws_rarely: bool = True, **option
         elsewhere = [url for url in asked if urlsplit(url).netloc not in ("", own)]
         assert asked and not elsewhere, elsewhere
     except BaseException:
-        print(f"link: {page.locator('#link').get_attribute('title')}; events: {page.locator('#events li').all_text_contents()}")
+        if not page.is_closed():
+            print(f"link: {page.locator('#link').get_attribute('title')}; events: {page.locator('#events li').all_text_contents()}")
         raise
     finally:
         context.close()
