@@ -161,7 +161,7 @@ PlantConfig moving(PlantConfig plant, const NodeTrackingCase& tried, std::uint64
 
 NodeTrackingCase with_dropout(const NodeTrackingCase& fly_by, double dropout_s) {
   NodeTrackingCase dropout = fly_by;
-  dropout.name = fmt::format("fly-by, {:g} s without the target", dropout_s);
+  dropout.name = fmt::format("fly-by, {:g} s without the target, 2011:5 {:g} s", dropout_s, kCoast_s);
   dropout.reference = NodeTrackingReference::kNone;
   dropout.loop.coast_s = kCoast_s;
   dropout.scenario.camera.dropouts_at_s = {kDropoutAt_s};
@@ -295,7 +295,7 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
     cases.push_back(with_dropout(fly_by, dropout_s));
   }
   cases.push_back(with_dropout(fly_by, kDropout_s));
-  cases.back().name += ", 2011:5 as delivered";
+  cases.back().name = fmt::format("fly-by, {:g} s without the target, 2011:5 as delivered", kDropout_s);
   cases.back().loop = predictive;
   cases.back().goal = {};
   cases.back().goal.step_nm = kStep_nm;

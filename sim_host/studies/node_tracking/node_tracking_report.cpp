@@ -110,8 +110,11 @@ void write_node_tracking(const NodeTrackingSetup& setup, const std::vector<NodeT
       {"program", "sim_host node-tracking"}, {"git", git}, {"plant", setup.plant.name}, {"seeds", setup.seeds}};
   json["cases"] = nlohmann::ordered_json::array();
   for (const NodeTrackingResult& result : results) {
-    nlohmann::ordered_json tried{
-        {"name", result.tried.name}, {"meets_goal", meets_goal(result)}, {"runs", nlohmann::ordered_json::array()}};
+    const CameraConfig& camera = result.tried.scenario.camera;
+    nlohmann::ordered_json tried{{"name", result.tried.name},
+                                 {"meets_goal", meets_goal(result)},
+                                 {"dropout_s", camera.dropouts_at_s.empty() ? 0.0 : camera.dropout_s},
+                                 {"runs", nlohmann::ordered_json::array()}};
     for (std::size_t i = 0; i < result.runs.size(); ++i) {
       tried["runs"].push_back(json_of(result.tried, result.runs[i], setup.seeds[i]));
     }

@@ -273,14 +273,18 @@ def _node_tracking() -> dict[str, Any]:
     def run(seed: int, sigma: float, lost: float | None = 0.0, **more: float) -> dict[str, Any]:
         return {"seed": seed, "azimuth_sigma_urad": sigma, "pitch_sigma_urad": sigma + 0.5, "largest_step_nm": 1.25, "lost_s": lost, "frames_dropped": 0, **more}
 
+    def case(name: str, met: bool, *runs: dict[str, Any], dropout_s: float = 0.0) -> dict[str, Any]:
+        return {"name": name, "meets_goal": met, "dropout_s": dropout_s, "runs": list(runs)}
+
     by_run = {"azimuth_sigma_by_run_urad": 2.1, "pitch_sigma_by_run_urad": 2.6}
     age = {"azimuth_sigma_with_right_age_urad": 2.0, "pitch_sigma_with_right_age_urad": 2.4}
     return {
         "generator": {"program": "sim_host node-tracking", "git": "abc1234", "plant": "tracker", "seeds": [1, 2]},
         "cases": [
-            {"name": "fly-by, predictive loop", "meets_goal": True, "runs": [run(1, 2.1, **by_run), run(2, 2.2, **by_run)]},
-            {"name": "pass at 88 deg, 500 m up", "meets_goal": False, "runs": [run(1, 80.0, 4.61), run(2, 80.0, None)]},
-            {"name": "fly-by, stated age +10 ms wrong", "meets_goal": True, "runs": [run(1, 2.0, **age), run(2, 2.1, **age)]},
+            case("fly-by, predictive loop", True, run(1, 2.1, **by_run), run(2, 2.2, **by_run)),
+            case("pass at 88 deg, 500 m up", False, run(1, 80.0, 4.61), run(2, 80.0, None)),
+            case("fly-by, stated age +10 ms wrong", True, run(1, 2.0, **age), run(2, 2.1, **age)),
+            case("fly-by, 1 s without the target", True, run(1, 2.2, 0.1), run(2, 2.3, 0.17), dropout_s=1.0),
         ],
     }
 

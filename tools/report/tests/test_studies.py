@@ -93,4 +93,5 @@ def test_tracking_in_the_node_stands_beside_its_reference(folder: Path) -> None:
     assert table is not None
     assert "| fly-by, predictive loop | 2.20 and 2.70 | by run: 2.10 and 2.60 | never | 1.25 |" in table
     assert "| pass at 88°, 500 m up | – | – | not found again | 1.25 |" in table
+    assert "| fly-by, 1 s without the target | 2.30 and 2.80 | – | 0.17 s | 1.25 |" in table
     assert "| fly-by, stated age +10 ms wrong | 2.10 and 2.60 | with the right age: 2.00 and 2.40 | never | 1.25 |" in table

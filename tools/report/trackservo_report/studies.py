@@ -149,12 +149,12 @@ def node_tracking_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]
     rows = []
     for item in study["cases"]:
         runs = item["runs"]
-        lost = any(run["lost_s"] is None or run["lost_s"] > 0 for run in runs)
+        follows = item["dropout_s"] > 0 or _lost(runs) == "never"  # after a dropout, errors count from 0.5 s after it
         reference = next((suffix for suffix in REFERENCES if f"azimuth_sigma_{suffix}_urad" in runs[0]), None)
         rows.append(
             [
                 _printed(item["name"]),
-                "–" if lost else _both(runs, "azimuth_sigma_urad", "pitch_sigma_urad"),
+                _both(runs, "azimuth_sigma_urad", "pitch_sigma_urad") if follows else "–",
                 f"{REFERENCES[reference]}: {_both(runs, f'azimuth_sigma_{reference}_urad', f'pitch_sigma_{reference}_urad')}" if reference else "–",
                 _lost(runs),
                 f"{max(run['largest_step_nm'] for run in runs):.2f}",
