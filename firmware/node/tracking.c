@@ -88,6 +88,7 @@ static void take_message(target_tracking *self) {
     return;
   }
   self->exposure_age = find_age(self);
+  self->message = *message; /* a later one that is refused must not change it */
   self->error = error;
   self->arrived = true;
 }
@@ -114,8 +115,8 @@ static pointing_frame newest_frame(target_tracking *self, uint32_t tick) {
   pointing_frame frame = {0};
   if (self->arrived) {
     self->arrived = false;
-    frame = camera_input_take(&self->frames, &self->objects.params, &self->objects.message, self->error,
-                              self->exposure_age, tick);
+    frame =
+        camera_input_take(&self->frames, &self->objects.params, &self->message, self->error, self->exposure_age, tick);
   }
   if (jumping_picture_take(&self->jumps, &frame, SERVO_TICK_S)) {
     camera_input_take_back(&self->frames, CAMERA_JUMPS);

@@ -41,6 +41,7 @@ typedef struct {
   uint8_t messages;     /* since tracking_report */
   int32_t exposure_age; /* its age then, 10 us */
   image_vector error;   /* its error */
+  camera_message message;
   camera_input frames;
   frozen_picture picture;
   jumping_picture jumps;

@@ -119,6 +119,7 @@ class Ride {
 
   void set(std::uint16_t index, std::uint8_t sub, std::int64_t value) { node_.write(axis_, index, sub, value); }
   sim::DrivenNode& node() { return node_; }
+  sim::BrokenAxis& broken() { return node_.machine().broken().axis[i_]; }
   double angle() { return node_.machine().truth().joint_angle_rad[i_]; }
   double rate() { return node_.machine().truth().joint_rate_rad_s[i_]; }
   double speed_before() const { return fastest_before_rad_s_; }
@@ -328,6 +329,52 @@ void test_no_write_at_full_speed_near_the_end_reaches_the_end_stop(void) {
   std::printf("%.1f mrad beyond the hard travel at most; the end stop is at 17.5\n", 1e3 * worst_beyond_rad);
 }
 
+// --- defects near the end ----------------------------------------------------------------------------------------
+
+struct Defect {
+  const char *name;
+  void (*begin)(Ride&);
+  double contact_deg_s;  // at most, of an axis without a holding brake
+};
+
+// What the envelope brakes by is good while a gyro is wrong. Where the encoder, the converters or the values in use are
+// wrong, the motor is shorted, and brakes as strongly as its speed: too little so near the end.
+void test_a_defect_at_full_speed_near_the_end_has_a_stated_contact(void) {
+  const Defect defects[] = {
+      {"gyro saturated", [](Ride& r) { r.broken().gyro_reads_rad_s = 5.3; }, 0.0},
+      {"gyro stuck", [](Ride& r) { r.broken().gyro_stuck = true; }, 60.0},
+      {"gyro lost", [](Ride& r) { r.broken().gyro_lost = true; }, 0.0},
+      {"encoder lost", [](Ride& r) { r.broken().encoder_lost = true; }, 60.0},
+      {"encoder stuck", [](Ride& r) { r.broken().encoder_stuck = true; }, 60.0},
+      {"bus reads 10 V", [](Ride& r) { r.node().machine().broken().bus_reads_v = 10.0; }, 60.0},
+      {"set damaged", [](Ride& r) { r.gains_off(); }, 60.0},
+  };
+  const sim::NodeSetup setup = narrow_setup();
+  for (const Defect& defect : defects) {
+    for (const bool brakes : {true, false}) {
+      for (const int axis : {sim::kAzimuth, sim::kPitch}) {
+        double contact_deg_s = 0.0;
+        fault_id fault = FAULT_NONE;
+        for (int seed = 1; seed <= by_size(1, 3, 20); ++seed) {
+          const protection_limits& travel = setup.limits[static_cast<std::size_t>(axis)];
+          const double start_rad =
+              std::max(static_cast<double>(travel.maximum_rad) - 1.1, static_cast<double>(travel.minimum_rad) + 0.1);
+          Ride ride(setup, axis, static_cast<std::uint64_t>(seed), start_rad, brakes);
+          ride.approach(kProfileVelocity, 0.18);
+          const Outcome o = ride.attack([&defect](Ride& r) { defect.begin(r); }, 4.0);
+          contact_deg_s = std::max(contact_deg_s, o.contact_rad_s / kDeg);
+          fault = o.fault;
+          TEST_ASSERT_TRUE_MESSAGE(o.fault != FAULT_NONE, defect.name);
+        }
+        std::printf("%-16s %-8s, %-7s holding brake: contact at %4.1f deg/s, fault %d\n", defect.name,
+                    axis == sim::kAzimuth ? "azimuth" : "pitch", brakes ? "with" : "without", contact_deg_s,
+                    static_cast<int>(fault));
+        TEST_ASSERT_TRUE_MESSAGE(contact_deg_s <= (brakes ? 0.0 : defect.contact_deg_s), defect.name);
+      }
+    }
+  }
+}
+
 // Far from the ends: a stop that the bus loss or a command orders ends in the stated time and distance, whatever the
 // objects say.
 void test_an_ordered_stop_ends_in_the_stated_time_and_distance(void) {
@@ -454,6 +501,7 @@ void test_absolute_targets_wait_until_the_operator_has_confirmed_the_turn(void) 
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_no_write_at_full_speed_near_the_end_reaches_the_end_stop);
+  RUN_TEST(test_a_defect_at_full_speed_near_the_end_has_a_stated_contact);
   RUN_TEST(test_an_ordered_stop_ends_in_the_stated_time_and_distance);
   RUN_TEST(test_a_start_in_an_unknown_turn_moves_slowly_until_it_is_known);
   RUN_TEST(test_no_write_makes_an_axis_in_an_unknown_turn_fast);

@@ -946,6 +946,18 @@ static void test_bad_frames_are_counted_and_do_nothing(void) {
   CHECK_NEAR("rad", 0.0, joint_rad(0), 2e-6);
 }
 
+/* Two messages a ms are looked at. The third has no target: it is refused, and takes none from the second. */
+static void test_a_message_that_is_refused_changes_nothing_of_the_one_before(void) {
+  enable(PITCH, TRACKING);
+  for (unsigned message = 1; message <= 3; ++message) {
+    send_frame(0.0, 3e-3, 0.0, message < 3);
+  }
+  wait_ms(1);
+  TEST_ASSERT_EQUAL(ACQUIRING, get(CAMERA_STATE, AZIMUTH_STATE + 1) & 0xFF);
+  TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, TAKEN));
+  TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, DROPPED));
+}
+
 static void test_the_pitch_follows_alone(void) {
   world.pitch_rad = 4e-3;
   world.azimuth_rad = 5e-3;
@@ -1228,6 +1240,7 @@ int main(void) {
   RUN_TEST(test_a_target_is_followed_after_many_turns);
   RUN_TEST(test_leaving_the_mode_stops_along_the_ramp);
   RUN_TEST(test_bad_frames_are_counted_and_do_nothing);
+  RUN_TEST(test_a_message_that_is_refused_changes_nothing_of_the_one_before);
   RUN_TEST(test_the_pitch_follows_alone);
   RUN_TEST(test_a_stamp_of_the_nodes_clock_gives_the_age);
   RUN_TEST(test_a_stamp_with_two_readings_is_told);

@@ -6,13 +6,7 @@
 #include "connections.h"
 
 /* The timers count up and down once a period. */
-enum {
-  HALF_PERIOD = BRIDGE_COUNTS,
-  DEAD_TIME_0_5_US = 85,
-  BREAK_FILTER_8_CLOCKS = 3,
-  BREAK_FILTER_1_5_US = 15,
-  LOCK_DEAD_TIME_AND_BREAK = 1
-};
+enum { HALF_PERIOD = BRIDGE_COUNTS, DEAD_TIME_0_5_US = 85, BREAK_FILTER_8_CLOCKS = 3, LOCK_DEAD_TIME_AND_BREAK = 1 };
 
 static volatile bool faulty[HAL_AXES];
 
@@ -29,10 +23,9 @@ static void start_timer(tim1_registers *timer) {
   timer->af1 = TIM1_AF1_BKINE;
   timer->af2 = TIM1_AF2_BK2INE;
   /* Off state: outputs driven low, not left open. The fault input and channel B of STO are low active: BKP and BK2P
-   * stay 0. The filter of channel B is the longest, 8 samples of 170 MHz / 32. */
+   * stay 0. Channel B has no filter (BK2F = 0), so it needs no clock (RM0440: asynchronous). */
   timer->bdtr = FIELD_VALUE(TIM1_BDTR_DTG, DEAD_TIME_0_5_US) | TIM1_BDTR_OSSI | TIM1_BDTR_OSSR | TIM1_BDTR_BKE |
                 FIELD_VALUE(TIM1_BDTR_BKF, BREAK_FILTER_8_CLOCKS) | TIM1_BDTR_BK2E |
-                FIELD_VALUE(TIM1_BDTR_BK2F, BREAK_FILTER_1_5_US) |
                 FIELD_VALUE(TIM1_BDTR_LOCK, LOCK_DEAD_TIME_AND_BREAK);
   timer->egr = TIM1_EGR_UG; /* loads the preloaded values */
   timer->sr = 0;

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import struct
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import can
@@ -13,8 +14,8 @@ from servoctl.tracking import CameraMapping, FrameCounts, frame_counts
 CAMERA_ID = 0x540
 """Plus node id, as `sim_host serve --target`: no PDO of a node with a low id has it as delivered."""
 SCALE, TIME_KIND = (0x3071, 1), (0x3071, 5)
-AGE, NODE_CLOCK = 0, 1
-"""Meanings of the time: 3071:5."""
+AGE, NODE_CLOCK, STROBE = 0, 1, 2
+"""3071:5: meanings of the time, and the bit by which the strobe is used beside them."""
 TIME_S = 1e-5
 _CLIPPED = 0x7FFF
 
@@ -39,7 +40,8 @@ def payload(result: Result, scale_rad: float, time_kind: int, counter: int) -> b
 
 
 class FrameSender:
-    """Sends camera frames to one node. Use in a `with` block: afterwards RPDO4 and 3071:5 are as they were."""
+    """Sends camera frames to one node. Use in a `with` block: afterwards RPDO4 and 3071:5 are as they were. The strobe
+    stays as it is used."""
 
     def __init__(self, device: Device, time_kind: int) -> None:
         self._device = device
@@ -53,15 +55,17 @@ class FrameSender:
 
     def __enter__(self) -> FrameSender:
         self.scale_rad = float(struct.unpack("<f", self._device.upload(*SCALE, "camera image scale"))[0])
-        self._kind_before = self._device.read_int(*TIME_KIND)
-        self._device.write_int(*TIME_KIND, self._kind, 1)
-        self._mapping.__enter__()
-        self.at_start = self.report()
+        before = self._device.read_int(*TIME_KIND)
+        with ExitStack() as undo:
+            undo.callback(self._device.write_int, *TIME_KIND, before, 1)
+            self._device.write_int(*TIME_KIND, self._kind | before & STROBE, 1)
+            undo.enter_context(self._mapping)
+            self.at_start = self.report()
+            self._undo = undo.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._mapping.__exit__()
-        self._device.write_int(*TIME_KIND, self._kind_before, 1)
+        self._undo.close()
 
     def send(self, result: Result) -> None:
         """One frame, one more of the counter."""

@@ -14,7 +14,7 @@ from servoctl.bus import open_bus, parse_bus
 from servoctl.device import Device
 from servoctl.tracking import FRAME
 
-from imager.camera_frame import AGE, CAMERA_ID, NODE_CLOCK, TIME_S, FrameSender, Result
+from imager.camera_frame import AGE, CAMERA_ID, NODE_CLOCK, STROBE, TIME_KIND, TIME_S, FrameSender, Result
 
 from .conftest import DESCRIPTIONS, SCENARIO, Serving, run_imager, wait_until
 
@@ -44,8 +44,10 @@ def test_the_node_takes_the_frames_and_afterwards_its_rpdo_is_as_before(tmp_path
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     with Serving() as served, Device(parse_bus(served.bus), 1) as device:
         device.set_nmt("operational")
+        device.write_int(*TIME_KIND, STROBE, 1)
         before = [device.upload(*where) for where in ((0x1403, 1), (0x1603, 0), (0x1603, 1), (0x3071, 5))]
         with FrameSender(device, AGE) as sender, open_bus(parse_bus(served.bus)) as listener:
+            assert device.read_int(*TIME_KIND) == STROBE + AGE  # the camera's strobe stays in use
             sender.send(Result(-123e-6, 456e-6, 0.0321, 88))
             frame = next(message for message in iter(lambda: listener.recv(5.0), None) if _is_ours(message))
             assert bytes(frame.data) == struct.pack("<hhHBB", -123, 456, 3210, 88, 1)
