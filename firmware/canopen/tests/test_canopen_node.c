@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "canopen/bench.h"
+#include "canopen/node_objects.h"
 
 void setUp(void) { bench_start(); }
 void tearDown(void) {}
@@ -510,16 +511,65 @@ static void test_emergencies_come_in_the_order_of_their_errors(void) {
 
 static bool is_active(uint16_t code) { return emergency_is_active(&NODE->emergency, EMERGENCY_SOURCE_NODE, code); }
 
-static void test_two_nodes_lost_at_once_are_both_reported(void) {
+static void test_two_nodes_lost_at_once_are_both_reported_in_that_ms(void) {
   const uint8_t alive[1] = {5};
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 2, 0x00020032, 4));
   bench_operational();
   bench_give(0x701, 1, alive);
   bench_give(0x702, 1, alive);
-  bench.sent = 0;
-  bench_wait_ms(60);
+  bench_wait_ms(49);
+  TEST_ASSERT_EQUAL(0, bench.device.heartbeats_lost);
+  bench_wait_ms(1);
   TEST_ASSERT_EQUAL(1 + 2, bench.device.heartbeats_lost); /* the sum of their node ids */
+}
+
+/* As a stored set gives them: two of the four consumers monitor node 1, or one of them is off or has another node. */
+static void test_two_stored_consumers_of_one_node_are_not_good(void) {
+  static const struct {
+    uint32_t consumer;
+    bool good;
+  } others[] = {{0x00010064, false}, {0x00010032, false}, {0x00010000, true}, {0x00020032, true}};
+  TEST_ASSERT_TRUE(node_objects_are_good(&NODE->dictionary, &NODE->objects));
+  for (uint32_t n = 0; n < 4; n++) {
+    for (uint32_t k = 0; k < 4; k++) {
+      for (size_t i = 0; i < sizeof others / sizeof others[0] && k != n; i++) {
+        communication_objects stored = NODE->objects;
+        stored.heartbeat_consumer[n] = 0x00010032;
+        stored.heartbeat_consumer[k] = others[i].consumer;
+        TEST_ASSERT_EQUAL(others[i].good, node_objects_are_good(&NODE->dictionary, &stored));
+      }
+    }
+  }
+}
+
+static bool put_stored_consumer(void *context, bool whole_node, uint32_t step) {
+  (void)context;
+  (void)whole_node;
+  (void)step;
+  NODE->objects.heartbeat_consumer[0] = 0x0001000A;
+  return true;
+}
+
+/* CiA 301: an initialising node has no service but its boot-up message. The bus is full, so that it initialises for
+ * 50 ms; its consumer of 10 ms was stored. The master speaks before the boot-up message, and then after it. */
+static void test_a_heartbeat_before_the_boot_up_message_is_not_monitored(void) {
+  const uint8_t alive[1] = {5};
+  NODE->config.events.reset = put_stored_consumer;
+  bench.bus_full = true;
+  bench_nmt(130, BENCH_NODE);
+  bench_wait_ms(RESET_MS);
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(50);
+  TEST_ASSERT_EQUAL(NMT_INITIALISING, NODE->state);
+  TEST_ASSERT_EQUAL(0, bench.device.heartbeats_lost);
+  bench.bus_full = false;
+  bench_wait_ms(50);
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+  TEST_ASSERT_EQUAL(0, bench.device.heartbeats_lost);
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(50);
+  TEST_ASSERT_EQUAL(1, bench.device.heartbeats_lost);
 }
 
 static void test_a_lost_heartbeat_is_over_when_each_lost_node_is_back(void) {
@@ -961,7 +1011,9 @@ int main(void) {
   RUN_TEST(test_bus_off_is_reported_after_the_recovery);
   RUN_TEST(test_a_reset_clears_the_error_register_and_what_waits_to_be_sent);
   RUN_TEST(test_emergencies_come_in_the_order_of_their_errors);
-  RUN_TEST(test_two_nodes_lost_at_once_are_both_reported);
+  RUN_TEST(test_two_nodes_lost_at_once_are_both_reported_in_that_ms);
+  RUN_TEST(test_two_stored_consumers_of_one_node_are_not_good);
+  RUN_TEST(test_a_heartbeat_before_the_boot_up_message_is_not_monitored);
   RUN_TEST(test_a_lost_heartbeat_is_over_when_each_lost_node_is_back);
   RUN_TEST(test_a_consumer_that_is_set_anew_forgets_its_lost_node_alone);
   RUN_TEST(test_a_node_that_was_lost_before_a_reset_is_not_missed_after_it);

@@ -163,6 +163,23 @@ static void test_a_long_number_is_taken_exactly_within_its_limits(void) {
     TEST_ASSERT_EQUAL_HEX32(OD_TOO_LOW, od_write(&object, (const uint8_t *)&zero, 8));
     TEST_ASSERT_EQUAL_HEX64(good[i], bench.device.values.u64);
   }
+  od_entry from_5_to_2_63 = *object.entry;
+  from_5_to_2_63.low.i = 5;
+  from_5_to_2_63.high.i = INT64_MIN; /* the bits of 2^63 */
+  const od_object limited = {object.part, &from_5_to_2_63};
+  static const struct {
+    uint64_t value;
+    od_abort answer;
+  } rows[] = {{4, OD_TOO_LOW},
+              {5, OD_OK},
+              {UINT64_C(0x8000000000000001), OD_TOO_HIGH},
+              {UINT64_MAX, OD_TOO_HIGH},
+              {UINT64_C(0x8000000000000000), OD_OK}};
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    const uint64_t before = bench.device.values.u64;
+    TEST_ASSERT_EQUAL_HEX32(rows[i].answer, od_write(&limited, (const uint8_t *)&rows[i].value, 8));
+    TEST_ASSERT_EQUAL_HEX64(rows[i].answer == OD_OK ? rows[i].value : before, bench.device.values.u64);
+  }
 }
 
 static void test_a_text_of_one_letter_is_read_as_it_was_written(void) {
@@ -347,6 +364,7 @@ static void test_check_knows_the_size_and_the_range_of_each_integer(void) {
     const od_type type = rows[i].type;
     const uint16_t bytes = rows[i].bytes;
     const int64_t low = rows[i].low, high = rows[i].high;
+    TEST_ASSERT_EQUAL(bytes, od_type_bytes(type));
     TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(type, bytes, low, high, low));
     TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(type, bytes, low, high, high));
     TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(type, bytes, high, high, high));
@@ -357,6 +375,10 @@ static void test_check_knows_the_size_and_the_range_of_each_integer(void) {
     TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of_number(type, bytes, low, high - 1, high));
     TEST_ASSERT_EQUAL(OD_TABLE_BAD_TYPE, fault_of_number(type, (uint16_t)(bytes + 1), low, high, low));
   }
+  TEST_ASSERT_EQUAL(4, od_type_bytes(OD_REAL32));
+  TEST_ASSERT_EQUAL(8, od_type_bytes(OD_UNSIGNED64));
+  TEST_ASSERT_EQUAL(0, od_type_bytes(OD_VISIBLE_STRING)); /* as long as its row says */
+  TEST_ASSERT_EQUAL(0, od_type_bytes(OD_DOMAIN));
   TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(OD_UNSIGNED64, 8, 0, -1, -1)); /* -1: all bits */
   TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(OD_UNSIGNED64, 8, 5, 5, 5));
   TEST_ASSERT_EQUAL(OD_TABLE_GOOD, fault_of_number(OD_DOMAIN, 0, 9, 3, 5)); /* a stream has no limits */

@@ -141,6 +141,47 @@ static void test_a_wrong_rpdo_is_reported_though_a_good_one_follows_at_once(void
   }
 }
 
+/* One byte in each of the four RPDOs: a value out of its range, and a good one, all eight frames in the same ms. */
+static void test_wrong_values_in_all_four_rpdos_are_reported_and_over_in_the_next_ms(void) {
+  static const uint8_t values[] = {201, 100};
+  for (uint16_t n = 0; n < 4; n++) {
+    write_ok((uint16_t)(0x1400 + n), 1, 0x80000000u | (0x205u + 0x100u * n), 4);
+    write_ok((uint16_t)(0x1600 + n), 0, 0, 1);
+    write_ok((uint16_t)(0x1600 + n), 1, 0x2F000508, 4);
+    write_ok((uint16_t)(0x1600 + n), 0, 1, 1);
+    write_ok((uint16_t)(0x1400 + n), 2, 255, 1);
+    write_ok((uint16_t)(0x1400 + n), 1, 0x205u + 0x100u * n, 4);
+  }
+  bench_operational();
+  for (uint32_t i = 0; i < 2; i++) {
+    for (uint32_t n = 0; n < 4; n++) {
+      bench_give(0x205u + 0x100u * n, 1, &values[i]);
+    }
+  }
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench_count(0x85));
+  const uint8_t message[8] = {0x00, 0x82, 0x11, 1, 0, 0x00, 0x2F, 5}; /* 8200, RPDO 1, 2F00:5 */
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(message, bench_last(0x85)->data, 8);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(2, bench_count(0x85));
+  TEST_ASSERT_EQUAL_HEX8(0, bench_last(0x85)->data[1]);
+}
+
+/* The node is ordered out of operational behind the wrong frame in the same ms. */
+static void test_a_wrong_rpdo_is_reported_though_the_node_leaves_operational_at_once(void) {
+  const uint8_t bytes[3] = {0x06, 0x00, 9};
+  const uint8_t no_mode[3] = {0x06, 0x00, 11};
+  bench_operational();
+  bench_give(RPDO1, 2, bytes);
+  bench_nmt(128, BENCH_NODE);
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8210));
+  bench_operational();
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8210));
+  bench_give(RPDO1, 3, no_mode);
+  bench_nmt(2, BENCH_NODE);
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
+}
+
 static void test_short_rpdo_is_reported_once_and_cleared_by_a_good_one(void) {
   const uint8_t bytes[8] = {0x06, 0x00, 9};
   bench_operational();
@@ -221,6 +262,34 @@ static void test_event_tpdo_reports_the_start_and_each_change_no_faster_than_inh
   DEVICE->axis[0].controlword = 99; /* a smaller value is a change, too */
   bench_wait_ms(20);
   TEST_ASSERT_EQUAL(99, bench_last(TPDO1)->data[0]);
+}
+
+/* TPDO1 has a speed, which is no event, in bytes 0 to 3; then statusword and mode, which are. */
+static void test_each_byte_of_an_event_sends_a_tpdo_and_no_other_byte_does(void) {
+  static const uint32_t objects[] = {0x606C0020, 0x60410010, 0x60610008};
+  write_ok(0x1800, 1, 0x80000000u | TPDO1, 4);
+  write_ok(0x1A00, 0, 0, 1);
+  for (uint8_t i = 0; i < 3; i++) {
+    write_ok(0x1A00, (uint8_t)(i + 1), objects[i], 4);
+  }
+  write_ok(0x1A00, 0, 3, 1);
+  write_ok(0x1800, 1, TPDO1, 4);
+  bench_operational();
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(1, bench_count(TPDO1));
+  DEVICE->axis[0].target_velocity = 0x12345678;
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(1, bench_count(TPDO1));
+  DEVICE->axis[0].controlword = 0x0040;
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(2, bench_count(TPDO1));
+  DEVICE->axis[0].controlword = 0x0140;
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(3, bench_count(TPDO1));
+  DEVICE->axis[0].mode = 9;
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(4, bench_count(TPDO1));
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x78, 0x56, 0x34, 0x12, 0x40, 0x01, 9}), bench_last(TPDO1)->data, 7);
 }
 
 static void test_full_bus_delays_a_tpdo_and_sends_the_newest(void) {
@@ -387,6 +456,28 @@ static void test_an_rpdo_that_is_off_takes_nothing_whoever_gives_it(void) {
   TEST_ASSERT_FALSE(off->heard);
 }
 
+/* 100 us before a frame of RPDO1, and behind the tick's beginning, a request switches that RPDO off. */
+static void test_a_frame_of_an_rpdo_that_has_been_switched_off_is_dropped(void) {
+  const can_frame off = {
+      .id = 0x605, .length = 8, .data = {0x23, 0x00, 0x14, 1, 0x05, 0x02, 0, 0x80}, .received_us = 100};
+  const can_frame frame = {.id = RPDO1, .length = 3, .data = {0x06, 0x00, 9}, .received_us = 200};
+  bench_operational();
+  bench_wait_ms(20);
+  bench.sent = 0;
+  canopen_node_take(&DEVICE->node);
+  TEST_ASSERT_TRUE(canopen_node_receive(&DEVICE->node, &off));
+  TEST_ASSERT_TRUE(canopen_node_receive(&DEVICE->node, &frame));
+  canopen_node_serve(&DEVICE->node);
+  TEST_ASSERT_EQUAL_HEX8(0x60, bench_last(0x585)->data[0]);
+  TEST_ASSERT_EQUAL(1, can_queue_count(&DEVICE->node.process_data));
+  const uint32_t silent_ms = canopen_node_silent_ms(&DEVICE->node);
+  bench_wait_ms(10);
+  TEST_ASSERT_EQUAL(0, can_queue_count(&DEVICE->node.process_data));
+  TEST_ASSERT_EQUAL(silent_ms + 10, canopen_node_silent_ms(&DEVICE->node)); /* it is no frame for this node */
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(1, bench.sent);
+}
+
 static void test_event_timer_repeats_a_tpdo_and_request_sends_one(void) {
   write_ok(0x1A02, 1, 0x2F000508, 4);
   write_ok(0x1A02, 0, 1, 1);
@@ -542,6 +633,24 @@ static void test_a_command_that_must_wait_keeps_its_place_among_the_frames(void)
   TEST_ASSERT_EQUAL_HEX16(0x1F, DEVICE->axis[0].controlword);
   TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
   TEST_ASSERT_EQUAL(10000, DEVICE->axis[0].target_velocity);
+}
+
+/* The mode, then the controlwords of both axes, which obey their last commands still. */
+static void test_a_frame_that_repeats_the_commands_of_both_axes_does_not_wait(void) {
+  static const uint32_t objects[] = {0x60600008, 0x60400010, 0x68400010};
+  static const uint8_t frames[][5] = {{9, 0x0F, 0, 0x07, 0}, {8, 0x0F, 0, 0x07, 0}, {7, 0x0F, 0, 0x0F, 0}};
+  map_into_rpdo1(objects, 3);
+  for (int i = 0; i < 3; i++) {
+    bench_give(RPDO1, 5, frames[i]);
+    bench_wait_ms(3);
+    TEST_ASSERT_EQUAL(i == 0 ? 9 : 8, DEVICE->axis[0].mode); /* the third one has a new command for the second axis */
+    TEST_ASSERT_EQUAL_HEX16(0x07, DEVICE->axis[1].controlword);
+    DEVICE->busy = true;
+  }
+  DEVICE->busy = false;
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(7, DEVICE->axis[0].mode);
+  TEST_ASSERT_EQUAL_HEX16(0x0F, DEVICE->axis[1].controlword);
 }
 
 /* Values that the device has set itself, beyond what a master may set: to send them again asks for nothing. */
@@ -742,7 +851,14 @@ static void test_only_transmission_types_that_exist_are_taken(void) {
 /* Rows of an application's table whose index is that of a record beyond the node's PDOs: its own hooks judge nothing.
  */
 static void test_a_record_beyond_the_last_pdo_is_none_of_the_nodes(void) {
-  static const uint16_t beyond[] = {0x1400 + RPDO_COUNT, 0x1600 + RPDO_COUNT, 0x1800 + TPDO_COUNT, 0x1A00 + TPDO_COUNT};
+  static const uint16_t beyond[] = {0x1400 + RPDO_COUNT,
+                                    0x1600 + RPDO_COUNT,
+                                    0x1800 + TPDO_COUNT,
+                                    0x1A00 + TPDO_COUNT,
+                                    0x14FF,
+                                    0x16FF,
+                                    0x18FF,
+                                    0x1AFF};
   const od_number extended = {.i = 0x20000000};
   const communication_objects before = DEVICE->node.objects;
   for (uint32_t i = 0; i < sizeof beyond / sizeof beyond[0]; i++) {
@@ -843,6 +959,10 @@ static void test_tpdos_after_the_last_one_that_is_on_take_no_time(void) {
   TEST_ASSERT_EQUAL(5, DEVICE->node.tpdos_in_use);
   write_ok(0x1804, 1, 0x80000000u, 4);
   TEST_ASSERT_EQUAL(2, DEVICE->node.tpdos_in_use);
+  write_ok(0x1801, 1, 0x80000000u, 4);
+  TEST_ASSERT_EQUAL(1, DEVICE->node.tpdos_in_use);
+  write_ok(0x1800, 1, 0x80000000u, 4);
+  TEST_ASSERT_EQUAL(0, DEVICE->node.tpdos_in_use);
 }
 
 /* SYNC counts as a frame of the master only when a PDO uses it. */
@@ -1091,6 +1211,7 @@ static void test_a_mapping_that_is_refused_leaves_none(void) {
     od_abort answer;
   } rows[] = {
       {{.count = 2, .entry = {0x60400010, 0x2F000508}}, OD_OK},
+      {{.count = 2, .entry = {0x60600008, 0x60400010}}, OD_OK}, /* not in the order of their indices */
       {{.count = 2, .entry = {0x60400010, 0x2FFF0008}}, OD_NO_OBJECT},
       {{.count = 2, .entry = {0x60400010, 0x2F006308}}, OD_NO_SUB},
       {{.count = 2, .entry = {0x60400010, 0x60410010}}, OD_NOT_MAPPABLE},             /* TPDO only */
@@ -1115,10 +1236,13 @@ int main(void) {
   RUN_TEST(test_synchronous_rpdo_waits_for_sync);
   RUN_TEST(test_one_value_out_of_range_refuses_the_whole_frame);
   RUN_TEST(test_a_wrong_rpdo_is_reported_though_a_good_one_follows_at_once);
+  RUN_TEST(test_wrong_values_in_all_four_rpdos_are_reported_and_over_in_the_next_ms);
+  RUN_TEST(test_a_wrong_rpdo_is_reported_though_the_node_leaves_operational_at_once);
   RUN_TEST(test_short_rpdo_is_reported_once_and_cleared_by_a_good_one);
   RUN_TEST(test_silent_rpdo_raises_its_emergency_after_the_event_time);
   RUN_TEST(test_what_waits_for_sync_is_forgotten_with_a_new_start);
   RUN_TEST(test_event_tpdo_reports_the_start_and_each_change_no_faster_than_inhibited);
+  RUN_TEST(test_each_byte_of_an_event_sends_a_tpdo_and_no_other_byte_does);
   RUN_TEST(test_full_bus_delays_a_tpdo_and_sends_the_newest);
   RUN_TEST(test_synchronous_tpdo_answers_every_nth_sync);
   RUN_TEST(test_acyclic_synchronous_tpdo_waits_for_event_and_sync);
@@ -1133,6 +1257,7 @@ int main(void) {
   RUN_TEST(test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written);
   RUN_TEST(test_a_tpdo_that_is_off_sends_nothing_whoever_asks);
   RUN_TEST(test_an_rpdo_that_is_off_takes_nothing_whoever_gives_it);
+  RUN_TEST(test_a_frame_of_an_rpdo_that_has_been_switched_off_is_dropped);
   RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
   RUN_TEST(test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once);
   RUN_TEST(test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed);
@@ -1140,6 +1265,7 @@ int main(void) {
   RUN_TEST(test_the_stops_of_two_rpdos_that_wait_for_sync_are_obeyed_when_the_node_leaves_operational);
   RUN_TEST(test_a_sync_waits_until_each_axis_can_take_its_command);
   RUN_TEST(test_a_command_that_must_wait_keeps_its_place_among_the_frames);
+  RUN_TEST(test_a_frame_that_repeats_the_commands_of_both_axes_does_not_wait);
   RUN_TEST(test_a_value_that_is_there_already_is_not_refused);
   RUN_TEST(test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else);
   RUN_TEST(test_a_stop_that_waits_for_sync_is_not_replaced_by_a_later_frame);

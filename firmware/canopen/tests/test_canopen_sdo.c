@@ -44,6 +44,7 @@ static void test_each_refusal_has_its_abort_code_and_changes_nothing(void) {
       {0x1019, 0, 1, 1, 0x06090030},          {0x1014, 0, 4, 0x86, 0x08000022},
       {0x1400, 1, 4, 0x00000581, 0x06090030}, {0x1400, 1, 4, 0x204, 0x08000022},
       {0x1400, 2, 1, 252, 0x06090030},        {0x1600, 0, 1, 0, 0x08000022},
+      {0x1800, 3, 2, 50, 0x08000022},         {0x1800, 6, 1, 4, 0x08000022},
   };
   for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
     const communication_objects objects = bench.device.node.objects;
@@ -316,6 +317,27 @@ static void test_a_refused_download_makes_the_next_transfer_wait(void) {
   }
 }
 
+/* 2F00:10 has been written by the second client, which waited for the first one. After both, a request that is none
+ * comes: no client that it could have come from waits for an answer. */
+static void test_an_unknown_request_after_all_transfers_makes_nobody_wait(void) {
+  static const uint8_t download[8] = {0x21, 0x00, 0x2F, 10, 2};
+  static const uint8_t letters[8] = {0x0B, 'h', 'i'};
+  static const uint8_t unknown[8] = {0xE0};
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_sdo(download, answer);
+  TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
+  bench_wait_ms(SDO_QUIET_MS);
+  TEST_ASSERT_EQUAL_HEX8(0x60, bench_last(0x585)->data[0]);
+  bench_sdo(letters, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x20, answer[0]);
+  bench_wait_ms(SDO_QUIET_MS);
+  bench_sdo(unknown, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x05040001, abort_of(answer));
+  bench_sdo(upload_u64, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
+}
+
 static void test_a_client_that_has_been_silent_is_taken_for_gone(void) {
   const uint8_t block_download[8] = {0xC6, 0x01, 0x2F, 0, 100};
   uint8_t answer[8];
@@ -438,6 +460,59 @@ static void test_the_second_channel_obeys_the_rules_of_its_object(void) {
   bench_give(REQUEST_2, 8, text);
   bench_wait_ms(1);
   TEST_ASSERT_EQUAL(0, bench_count(0x585) + bench_count(ANSWER_2));
+}
+
+/* The owner of 2F11 is asked four times for each write: two of them never have two turns in one ms. The request of
+ * either channel comes first. */
+static void test_long_commands_of_two_channels_take_one_turn_per_ms(void) {
+  const uint8_t slow[8] = {0x2F, 0x11, 0x2F, 0, 9};
+  for (int second_first = 0; second_first <= 1; second_first++) {
+    bench_start();
+    open_second_channel();
+    bench.sent = 0;
+    bench_give(second_first ? REQUEST_2 : 0x605, 8, slow);
+    bench_give(second_first ? 0x605 : REQUEST_2, 8, slow);
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(1, bench.device.calls); /* the other request waits */
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(3, bench.device.calls); /* the first goes on, the other begins */
+    for (uint8_t calls = 4; calls <= 8; calls++) {
+      bench_wait_ms(1);
+      TEST_ASSERT_EQUAL(calls, bench.device.calls);
+    }
+    TEST_ASSERT_EQUAL(1, bench_count(0x585));
+    TEST_ASSERT_EQUAL(1, bench_count(ANSWER_2));
+  }
+}
+
+/* Ten requests come in one ms: one may cost the deferred task 120 us, so that four are answered in each. */
+static void test_no_more_than_four_requests_are_answered_in_one_ms(void) {
+  const uint8_t read[8] = {0x40, 0x00, 0x2F, 7};
+  for (int i = 0; i < 10; i++) {
+    bench_give(0x605, 8, read);
+  }
+  for (uint32_t ms = 1; ms <= 4; ms++) {
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(ms <= 2 ? 4 * ms : 10, bench_count(0x585));
+  }
+}
+
+/* In the same ms, the first channel switches the second one off and a request comes on it. */
+static void test_a_channel_that_is_switched_off_ends_its_transfer_and_answers_nothing(void) {
+  const uint8_t download[8] = {0x21, 0x01, 0x2F, 0, 100};
+  const uint8_t off[8] = {0x23, 0x01, 0x12, 1, 0xA0, 0x06, 0x00, 0x80};
+  const uint8_t read[8] = {0x40, 0x00, 0x2F, 7};
+  open_second_channel();
+  bench_give(REQUEST_2, 8, download);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench.device.streams_open);
+  bench.sent = 0;
+  bench_give(0x605, 8, off);
+  bench_give(REQUEST_2, 8, read);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(1, bench.sent);
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x60, 0x01, 0x12, 1, 0, 0, 0, 0}), bench_last(0x585)->data, 8);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
 /* The bus takes three frames per ms: a long upload on one channel must leave the other its share. */
@@ -878,6 +953,21 @@ static void test_a_stream_that_ends_before_its_announced_size_is_refused(void) {
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
+/* A segment may have no data: there is nothing that the owner of the stream could refuse. */
+static void test_a_segment_without_data_is_confirmed_and_writes_nothing(void) {
+  const uint8_t start[8] = {0x20, 0x01, 0x2F, 0};
+  const uint8_t empty[8] = {7 << 1};
+  const uint8_t one_byte[8] = {0x10 | 6 << 1, 1};
+  uint8_t answer[8];
+  bench.device.stream_broken = true;
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+  bench_sdo(empty, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x20, answer[0]);
+  bench_sdo(one_byte, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06060000, abort_of(answer));
+}
+
 static void test_a_second_clients_block_download_waits_like_any_other_transfer(void) {
   const uint8_t by_block[8] = {0xC6, 0x01, 0x2F, 0, 100};
   uint8_t answer[8];
@@ -1098,8 +1188,40 @@ static void test_a_transfer_that_is_not_open_moves_no_byte(void) {
   TEST_ASSERT_EQUAL_STRING("hello world", bench.device.values.text);
 }
 
-/* The bus takes nothing for 20 ms: the client has sent its request in time and gets its answer. */
-static void test_the_time_of_a_client_starts_again_with_its_request(void) {
+static uint32_t stream_ends;
+
+static od_abort refuse_the_end(void *owner, const od_object *object, bool writing, bool complete, uint32_t total) {
+  (void)owner;
+  (void)object;
+  TEST_ASSERT_TRUE(writing && complete);
+  TEST_ASSERT_EQUAL(1, total);
+  stream_ends++;
+  return OD_HARDWARE;
+}
+
+/* The owner refuses the whole of what it took in pieces: it has been told of the end, and is not told again. */
+static void test_a_write_that_is_refused_at_its_end_has_ended(void) {
+  od_object stream;
+  TEST_ASSERT_EQUAL(OD_OK, od_find(SERVER->dictionary, 0x2F01, 0, &stream));
+  od_hooks hooks = *stream.part->hooks;
+  hooks.stream_end = refuse_the_end;
+  od_part part = *stream.part;
+  part.hooks = &hooks;
+  stream.part = &part;
+  const uint8_t byte = 7;
+  sdo_transfer transfer = {0};
+  stream_ends = 0;
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, sdo_transfer_open_write(&transfer, &stream, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, sdo_transfer_append(&transfer, &byte, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_HARDWARE, sdo_transfer_commit(&transfer));
+  sdo_transfer_close(&transfer);
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_commit(&transfer));
+  TEST_ASSERT_EQUAL(1, stream_ends);
+}
+
+/* The bus takes nothing for 20 ms: the client has sent its request in time and gets its answer, and then has the whole
+ * time again. */
+static void test_the_time_of_a_client_starts_again_with_its_request_and_with_the_answer(void) {
   uint8_t answer[8];
   bench_sdo(upload_text, answer);
   bench_wait_ms(SDO_TIME_OUT_MS - 10);
@@ -1111,6 +1233,10 @@ static void test_the_time_of_a_client_starts_again_with_its_request(void) {
   bench_wait_ms(1);
   TEST_ASSERT_EQUAL_HEX8(0x00, bench_last(0x585)->data[0]);
   TEST_ASSERT_EQUAL_MEMORY("hello w", &bench_last(0x585)->data[1], 7);
+  bench_wait_ms(SDO_TIME_OUT_MS - 10);
+  bench_sdo((const uint8_t[8]){0x70}, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x10 | 3 << 1 | 1, answer[0]);
+  TEST_ASSERT_EQUAL_MEMORY("orld", &answer[1], 4);
 }
 
 static void test_a_stream_that_is_written_only_is_not_read(void) {
@@ -1198,12 +1324,16 @@ int main(void) {
   RUN_TEST(test_an_expedited_request_never_waits);
   RUN_TEST(test_an_abort_of_another_client_makes_the_next_transfer_wait);
   RUN_TEST(test_a_refused_download_makes_the_next_transfer_wait);
+  RUN_TEST(test_an_unknown_request_after_all_transfers_makes_nobody_wait);
   RUN_TEST(test_a_client_that_has_been_silent_is_taken_for_gone);
   RUN_TEST(test_no_initiate_request_is_taken_for_a_block_segment);
   RUN_TEST(test_a_request_that_meets_an_answer_under_way_comes_after_it);
   RUN_TEST(test_a_third_clients_transfer_waits_for_both_that_came_before);
   RUN_TEST(test_two_transfers_on_two_channels_do_not_touch);
   RUN_TEST(test_the_second_channel_obeys_the_rules_of_its_object);
+  RUN_TEST(test_long_commands_of_two_channels_take_one_turn_per_ms);
+  RUN_TEST(test_no_more_than_four_requests_are_answered_in_one_ms);
+  RUN_TEST(test_a_channel_that_is_switched_off_ends_its_transfer_and_answers_nothing);
   RUN_TEST(test_a_long_upload_leaves_the_other_channel_its_answers);
   RUN_TEST(test_slow_owner_keeps_the_answer_waiting_and_the_node_alive);
   RUN_TEST(test_block_download_of_any_length_arrives_bit_exact);
@@ -1221,6 +1351,7 @@ int main(void) {
   RUN_TEST(test_each_segment_of_a_download_is_confirmed_with_its_toggle);
   RUN_TEST(test_a_download_of_unknown_size_is_refused_at_the_segment_that_its_owner_refuses);
   RUN_TEST(test_a_stream_that_ends_before_its_announced_size_is_refused);
+  RUN_TEST(test_a_segment_without_data_is_confirmed_and_writes_nothing);
   RUN_TEST(test_a_second_clients_block_download_waits_like_any_other_transfer);
   RUN_TEST(test_a_client_that_waits_is_refused_when_the_other_aborts);
   RUN_TEST(test_an_answer_under_way_becomes_an_abort_when_another_client_aborts);
@@ -1237,7 +1368,8 @@ int main(void) {
   RUN_TEST(test_a_finished_block_upload_takes_nothing_but_its_end);
   RUN_TEST(test_parts_of_a_block_upload_that_is_not_under_way_are_refused);
   RUN_TEST(test_a_transfer_that_is_not_open_moves_no_byte);
-  RUN_TEST(test_the_time_of_a_client_starts_again_with_its_request);
+  RUN_TEST(test_a_write_that_is_refused_at_its_end_has_ended);
+  RUN_TEST(test_the_time_of_a_client_starts_again_with_its_request_and_with_the_answer);
   RUN_TEST(test_a_stream_that_is_written_only_is_not_read);
   RUN_TEST(test_a_stream_without_the_hooks_for_it_is_not_supported);
   RUN_TEST(test_numbers_have_their_low_byte_first);

@@ -111,13 +111,16 @@ static void test_a_state_that_does_not_exist_is_ignored(void) {
   TEST_ASSERT_EQUAL_HEX8(0x5E, ask(0x5E, 0, 0));
 }
 
+/* One of the four is too small by 1 or too large by 1, or none is wrong. */
 static void test_the_four_numbers_in_order_select_this_slave_alone(void) {
-  for (uint32_t wrong = 0; wrong <= LSS_IDENTITY_PARTS; ++wrong) {
+  for (uint32_t i = 0; i <= 2 * LSS_IDENTITY_PARTS; ++i) {
+    const uint32_t wrong = i / 2;
+    const uint32_t error = i % 2 == 0 ? 1u : UINT32_MAX;
     start(1);
     for (uint8_t part = 0; part < LSS_IDENTITY_PARTS; ++part) {
       const bool selects = wrong == LSS_IDENTITY_PARTS && part == 3;
       TEST_ASSERT_EQUAL_HEX8(selects ? 0x44 : NO_ANSWER,
-                             ask_number((uint8_t)(0x40 + part), identity[part] ^ (part == wrong ? 0x100u : 0u)));
+                             ask_number((uint8_t)(0x40 + part), identity[part] + (part == wrong ? error : 0u)));
     }
     TEST_ASSERT_EQUAL(wrong == LSS_IDENTITY_PARTS, slave.configuring);
   }
@@ -178,6 +181,25 @@ static void test_identify_answers_for_its_product_within_the_ranges(void) {
   TEST_ASSERT_FALSE(is_identified(0, identity[1], 0, 0, 0, UINT32_MAX));
   TEST_ASSERT_FALSE(is_identified(0, identity[1], 0, UINT32_MAX, serial + 1, UINT32_MAX));
   TEST_ASSERT_FALSE(is_identified(0, identity[1], 0, UINT32_MAX, 0, serial - 1));
+}
+
+/* The first of the six requests begins anew, whatever came before it; the others count only in their order. */
+static void test_an_identification_is_answered_after_its_six_requests_in_order_only(void) {
+  static const struct {
+    uint8_t count, steps[8], answer; /* to the last one */
+  } rows[] = {{6, {0, 1, 2, 3, 4, 5}, FOUND},        {7, {0, 0, 1, 2, 3, 4, 5}, FOUND},
+              {8, {0, 1, 0, 1, 2, 3, 4, 5}, FOUND},  {5, {1, 2, 3, 4, 5}, NO_ANSWER},
+              {6, {3, 1, 2, 3, 4, 5}, NO_ANSWER},    {5, {0, 1, 2, 3, 5}, NO_ANSWER},
+              {7, {0, 1, 2, 2, 3, 4, 5}, NO_ANSWER}, {6, {0, 1, 3, 2, 4, 5}, NO_ANSWER}};
+  const uint32_t numbers[] = {identity[0], identity[1], identity[2], identity[2], identity[3], identity[3]};
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    start(1);
+    for (uint8_t n = 0; n < rows[i].count; ++n) {
+      const uint8_t step = rows[i].steps[n];
+      TEST_ASSERT_EQUAL_HEX8(n + 1 == rows[i].count ? rows[i].answer : NO_ANSWER,
+                             ask_number((uint8_t)(0x46 + step), numbers[step]));
+    }
+  }
 }
 
 static void test_only_a_slave_without_node_id_answers_who_looks_for_such(void) {
@@ -442,11 +464,16 @@ static void test_fastscan_finds_serial_numbers_that_are_neighbours_or_extreme(vo
   find_all();
 }
 
-static void test_fastscan_leaves_slaves_with_a_node_id_and_wrong_requests_alone(void) {
+static void test_fastscan_leaves_slaves_with_a_node_id_or_in_configuration_and_wrong_requests_alone(void) {
   random_source random = {1};
   start_slaves(&random, 8);
   for (int i = 0; i < SLAVES; ++i) {
     slaves[i].active.node_id = (uint8_t)(i + 1);
+  }
+  TEST_ASSERT_FALSE(scan_all(0, 0x80, 0, 0));
+  start_slaves(&random, 8);
+  for (int i = 0; i < SLAVES; ++i) {
+    slaves[i].configuring = true; /* the master has found them and gives them their node ids */
   }
   TEST_ASSERT_FALSE(scan_all(0, 0x80, 0, 0));
   start_slaves(&random, 8);
@@ -488,6 +515,7 @@ int main(void) {
   RUN_TEST(test_numbers_out_of_order_select_nothing);
   RUN_TEST(test_it_says_who_it_is_also_with_torque);
   RUN_TEST(test_identify_answers_for_its_product_within_the_ranges);
+  RUN_TEST(test_an_identification_is_answered_after_its_six_requests_in_order_only);
   RUN_TEST(test_only_a_slave_without_node_id_answers_who_looks_for_such);
   RUN_TEST(test_a_node_id_is_pending_until_the_communication_is_reset);
   RUN_TEST(test_node_ids_that_do_not_exist_are_refused);
@@ -503,6 +531,6 @@ int main(void) {
   RUN_TEST(test_fastscan_finds_each_slave_once_whatever_reports_them_apart);
   RUN_TEST(test_fastscan_finds_serial_numbers_that_are_neighbours_or_extreme);
   RUN_TEST(test_fastscan_switches_no_slave_before_all_four_parts_matched);
-  RUN_TEST(test_fastscan_leaves_slaves_with_a_node_id_and_wrong_requests_alone);
+  RUN_TEST(test_fastscan_leaves_slaves_with_a_node_id_or_in_configuration_and_wrong_requests_alone);
   return UNITY_END();
 }
