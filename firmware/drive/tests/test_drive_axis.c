@@ -202,6 +202,23 @@ static void test_an_axis_moves_from_a_speed_above_606f_on(void) {
   }
 }
 
+/* 606D is 500e-6 rad/s: the window's edge is in it. The target is 0.01 rad/s, and something drags the axis along. */
+static void test_pv_has_reached_its_target_within_606d(void) {
+  static const struct {
+    int32_t dragged; /* 1e-6 rad/s */
+    bool reached;
+  } cases[] = {{9499, false}, {9500, true}, {10500, true}, {10501, false}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.o.velocity.target = 10000;
+    b.braked = true;
+    b.held_rad_s = 1e-6 * cases[i].dragged;
+    ticks(&b, 100);
+    TEST_ASSERT_EQUAL_INT32(cases[i].dragged, b.o.velocity.actual);
+    TEST_ASSERT_EQUAL(cases[i].reached, bit(&b, DRIVE_STATUS_TARGET_REACHED));
+  }
+}
+
 static void test_pv_is_held_to_607f_and_says_so(void) {
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
   b.o.velocity.target = -3000000;
@@ -301,6 +318,54 @@ static void test_a_ramp_goes_on_through_a_change_from_pv_to_pp_without_a_lost_ti
     CHECK_NEAR("next rate", next, b.command.speed.rate_rad_s, 1e-7);
   }
   CHECK_AT_LEAST("rate at the end, rad/s", 0.4, b.command.speed.rate_rad_s);
+  CHECK_AT_MOST("jump of the position, rad", 1e-8, b.worst_jump_rad); /* 7 units of the encoder angle */
+}
+
+/* pv holds it at a limit, csv leads it away, pv takes it over, then csv again. Each mode comes with its set-point. */
+static void test_pv_and_csv_take_an_axis_over_from_each_other_at_its_rate(void) {
+  static const struct {
+    int8_t mode;
+    int32_t target; /* 1e-6 rad/s */
+    double first_rad_s;
+  } turns[] = {{DRIVE_CYCLIC_VELOCITY, -100000, 0.0},
+               {DRIVE_PROFILE_VELOCITY, -300000, -0.1},
+               {DRIVE_CYCLIC_VELOCITY, -300000, -0.3}};
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.limit.position_minimum = -50000000;
+  b.o.limit.position_maximum = 5000000;
+  b.o.velocity.target = 400000;
+  ticks(&b, 2000);
+  TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+  for (unsigned i = 0; i < sizeof turns / sizeof turns[0]; ++i) {
+    b.o.state.mode = turns[i].mode;
+    b.o.velocity.target = turns[i].target;
+    for (int ms = 0; ms < 500; ++ms) {
+      b.in.setpoint_arrived = ms % 10 == 0;
+      tick(&b);
+      TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+      if (ms == 0) {
+        CHECK_NEAR("first rate, rad/s", turns[i].first_rad_s, b.command.speed.rate_rad_s, 1e-6);
+      }
+    }
+    CHECK_NEAR("rate, rad/s", 1e-6 * turns[i].target, b.command.speed.rate_rad_s, 1e-6);
+  }
+}
+
+/* csp stands; its position loop moves the axis back with 0.02 rad/s. */
+static void test_pv_and_hm_begin_at_the_speed_that_the_position_loop_has_demanded(void) {
+  static const int8_t modes[] = {DRIVE_PROFILE_VELOCITY, DRIVE_HOMING};
+  for (unsigned i = 0; i < 2; ++i) {
+    bench b = bench_in(DRIVE_CYCLIC_POSITION);
+    b.o.position.target = b.o.position.actual;
+    b.in.setpoint_arrived = true;
+    ticks(&b, 5);
+    TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+    b.in.reference_rad_s = 0.02f;
+    b.o.state.mode = modes[i];
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+    CHECK_NEAR("rate, rad/s", 0.02, b.command.speed.rate_rad_s, 1e-9);
+  }
 }
 
 /* --- profile position --- */
@@ -511,20 +576,24 @@ static void test_the_slowest_move_of_pp_has_its_rate_exactly(void) {
   CHECK_NEAR("moved in 20 s, 1e-7 rad", 200, b.o.position.demand - start, 1);
 }
 
-static void test_a_relative_move_after_cst_counts_from_where_the_axis_is(void) {
-  bench b = bench_in(DRIVE_CYCLIC_TORQUE);
-  for (int i = 0; i < 1000; ++i) {
-    b.o.torque.target = i < 500 ? 100 : -100;
-    b.in.setpoint_arrived = true;
+static void test_a_relative_move_after_cst_or_csv_counts_from_where_the_axis_is(void) {
+  static const int8_t modes[] = {DRIVE_CYCLIC_TORQUE, DRIVE_CYCLIC_VELOCITY};
+  for (unsigned mode = 0; mode < 2; ++mode) {
+    bench b = bench_in(modes[mode]);
+    for (int i = 0; i < 1000; ++i) {
+      b.o.torque.target = i < 500 ? 100 : -100;
+      b.o.velocity.target = i < 500 ? 200000 : 0;
+      b.in.setpoint_arrived = true;
+      tick(&b);
+    }
+    const int32_t from = b.o.position.actual;
+    CHECK_AT_LEAST("moved before, 1e-7 rad", 100000, from - 2500000);
+    b.o.state.mode = DRIVE_PROFILE_POSITION;
     tick(&b);
+    new_setpoint(&b, 1000000, DRIVE_CONTROL_RELATIVE);
+    (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+    CHECK_NEAR("position, 1e-7 rad", from + 1000000, b.o.position.actual, 1000);
   }
-  const int32_t from = b.o.position.actual;
-  CHECK_AT_LEAST("moved by cst, 1e-7 rad", 100000, from - 2500000);
-  b.o.state.mode = DRIVE_PROFILE_POSITION;
-  tick(&b);
-  new_setpoint(&b, 1000000, DRIVE_CONTROL_RELATIVE);
-  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
-  CHECK_NEAR("position, 1e-7 rad", from + 1000000, b.o.position.actual, 1000);
 }
 
 static void test_pp_ends_at_the_software_position_limit(void) {
@@ -749,6 +818,7 @@ static void test_an_unmonitored_following_error_is_cut_at_a_quarter_turn(void) {
   new_setpoint(&b, -90000000, 0);
   (void)until(&b, 0x4F, 0x0F, 20000);
   CHECK_NEAR("following error, rad", -1.5708, (double)b.o.position.following_error * 1e-7, 2e-3);
+  CHECK_NEAR("6062 less 6064, counts", b.o.position.following_error, b.o.position.demand - b.o.position.actual, 1);
 }
 
 /* --- cyclic modes --- */
@@ -832,16 +902,20 @@ static void test_a_longer_period_of_60c2_holds_set_points_longer(void) {
   }
 }
 
-/* 60C2 = 200 s, which a dictionary refuses: each tick is a period. */
+/* 60C2 = 200 s and 0 s, which a dictionary refuses: each tick is a period. */
 static void test_a_period_that_cannot_be_is_one_tick(void) {
-  bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
-  b.o.limit.interpolation_period = 200;
-  b.o.limit.interpolation_exponent = 0;
-  for (int ms = 0; ms < 100; ++ms) {
-    b.o.velocity.target = 1000 * ms;
-    b.in.setpoint_arrived = true;
-    tick(&b);
-    CHECK_NEAR("rate, rad/s", 1e-3 * (ms > 0 ? ms - 1 : 0), b.command.speed.rate_rad_s, 1e-7);
+  static const uint8_t periods_s[] = {200, 0};
+  for (unsigned i = 0; i < 2; ++i) {
+    bench b = bench_in(DRIVE_NO_MODE);
+    b.o.limit.interpolation_period = periods_s[i];
+    b.o.limit.interpolation_exponent = 0;
+    b.o.state.mode = DRIVE_CYCLIC_VELOCITY;
+    for (int ms = 0; ms < 100; ++ms) {
+      b.o.velocity.target = 1000 * ms;
+      b.in.setpoint_arrived = true;
+      tick(&b);
+      CHECK_NEAR("rate, rad/s", 1e-3 * (ms > 0 ? ms - 1 : 0), b.command.speed.rate_rad_s, 1e-7);
+    }
   }
 }
 
@@ -859,6 +933,27 @@ static void test_a_move_ends_when_the_axis_is_found_on_another_turn(void) {
   ticks(&b, 1500);
   CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
   CHECK_NEAR("path of the stop, counts", before + 62831853, b.o.position.actual, 2000000);
+}
+
+/* Found between a tick and the preparation of the next one, one turn higher. The axis turns down with 0.3 rad/s; the
+ * lower end of its travel, at -1 rad, is farther away than before. */
+static void test_pv_goes_on_when_the_axis_is_found_on_another_turn(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.limit.position_minimum = -10000000;
+  b.o.limit.position_maximum = 1000000000;
+  b.o.velocity.target = -300000;
+  ticks(&b, 500);
+  b.command = *drive_axis_step(&b.axis, &b.o, &b.in, dt_s);
+  drive_axis_report(&b.axis, &b.o, &b.in, dt_s);
+  drive_axis_shift(&b.axis, 1);
+  drive_axis_prepare(&b.axis, &b.o, &b.machine, dt_s);
+  b.angle_rad += turn_rad;
+  plant(&b);
+  for (int ms = 0; ms < 10; ++ms) {
+    tick(&b);
+    CHECK_NEAR("rate, rad/s", -0.3, b.command.speed.rate_rad_s, 1e-6);
+    CHECK_SAME("acceleration, rad/s^2", 0.0, b.command.speed.acceleration_rad_s2);
+  }
 }
 
 static void test_an_axis_that_is_held_stays_when_it_is_found_on_another_turn(void) {
@@ -1075,8 +1170,13 @@ static void test_csv_stops_before_a_position_limit_and_stays_there_until_turned_
     b.o.limit.position_maximum = 10000000;
     b.o.velocity.target = side * 700000;
     for (int i = 0; i < 4000; ++i) {
+      const servo_axis_command now = b.command;
       b.in.setpoint_arrived = i % 10 == 0;
       tick(&b);
+      if (b.command.mode == SERVO_SPEED) {
+        const double next_rad_s = (double)now.speed.rate_rad_s + 1e-3 * (double)now.speed.acceleration_rad_s2;
+        CHECK_NEAR("rate that the acceleration brings, rad/s", next_rad_s, b.command.speed.rate_rad_s, 1e-6);
+      }
       CHECK_AT_MOST("beyond the limit, rad", 1e-3, side > 0 ? b.angle_rad - 1.0 : -0.5 - b.angle_rad);
     }
     CHECK_NEAR("before the limit, rad", 0.0, side > 0 ? 1.0 - b.angle_rad : b.angle_rad + 0.5, 1e-5);
@@ -1096,6 +1196,27 @@ static void test_csv_stops_before_a_position_limit_and_stays_there_until_turned_
       tick(&b);
     }
     CHECK_NEAR("rate, rad/s", -0.1 * side, b.rate_rad_s, 1e-5);
+  }
+}
+
+/* A rate of 0 refers to inertial space: the base has turned the axis 0.1 rad out of its travel. */
+static void test_csv_with_rate_0_holds_an_axis_outside_its_travel(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+    b.o.limit.position_minimum = -10000000;
+    b.o.limit.position_maximum = 10000000;
+    for (int ms = 0; ms < 100; ++ms) {
+      b.in.setpoint_arrived = ms % 10 == 0;
+      tick(&b);
+    }
+    TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+    b.angle_rad = 1.1 * side;
+    b.in.joint_angle = encoder(b.angle_rad);
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+    TEST_ASSERT_EQUAL_HEX32(encoder(1.1 * side), b.command.position);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
   }
 }
 
@@ -1172,6 +1293,49 @@ static void test_cst_at_full_torque_stops_within_the_travel(void) {
   }
 }
 
+/* Something strikes the standing axis 45 mrad before its limit: 0.4 rad/s within a ms. The gentle stop (6084 with 60A4)
+ * would take 48 mrad, so the braking begins without a gentle start, and in this tick. */
+static void test_cst_brakes_an_axis_that_is_struck_before_its_limit_at_once(void) {
+  bench b = bench_in(DRIVE_CYCLIC_TORQUE);
+  b.o.limit.position_minimum = -10000000;
+  b.o.limit.position_maximum = 2500000 + 450000;
+  b.o.torque.target = 1;
+  for (int ms = 0; ms < 10; ++ms) {
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(SERVO_TORQUE, b.command.mode);
+  }
+  b.rate_rad_s = 0.4;
+  b.in.rate_rad_s = 0.4f;
+  b.in.setpoint_arrived = true;
+  tick(&b);
+  CHECK_NEAR("rate, rad/s", 0.4, b.command.speed.rate_rad_s, 1e-6);
+  CHECK_AT_MOST("acceleration, rad/s^2", -1.0, b.command.speed.acceleration_rad_s2);
+  for (int ms = 0; ms < 1000; ++ms) {
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    CHECK_AT_MOST("position, rad", 0.295 + 1e-6, b.angle_rad);
+  }
+  CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+}
+
+/* The limits of a motion are known from its first preparation on. */
+static void test_cst_gives_no_torque_before_a_limit_of_the_speed_is_known(void) {
+  drive_objects o = objects_default();
+  o.state.mode = DRIVE_CYCLIC_TORQUE;
+  o.torque.target = 500;
+  const drive_feedback feedback = {.setpoint_arrived = true};
+  const drive_machine machine = {0};
+  drive_motion motion = {0};
+  drive_motion_reset(&motion, 0);
+  const drive_setpoint before = drive_motion_step(&motion, &o, DRIVE_RUN, &feedback, dt_s);
+  TEST_ASSERT_EQUAL_INT(SERVO_TORQUE, before.command.mode);
+  CHECK_SAME("torque, Nm", 0.0, before.command.torque_nm);
+  drive_motion_prepare(&motion, &o, &machine, dt_s);
+  const drive_setpoint after = drive_motion_step(&motion, &o, DRIVE_RUN, &feedback, dt_s);
+  CHECK_NEAR("torque, Nm", 20.0, after.command.torque_nm, 1e-4);
+}
+
 /* A held axis: the ramp of pv turned away from the limit, the axis did not. What counts is the axis. */
 static void test_cst_is_not_blocked_by_the_rate_that_the_mode_before_has_demanded(void) {
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
@@ -1214,6 +1378,7 @@ static void test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them
     TEST_ASSERT_TRUE(drive_axis_obeys_stimulus(&b.axis));
     tick(&b);
     TEST_ASSERT_EQUAL_INT(cases[i].obeyed, drive_axis_obeys_stimulus(&b.axis));
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12)); /* no mode, so no meaning */
     if (cases[i].obeyed) {
       TEST_ASSERT_EQUAL_INT(cases[i].mode, b.command.mode);
       CHECK_NEAR("rate within 607F, rad/s", fmin(cases[i].rate_rad_s, 1.0), b.command.speed.rate_rad_s, 1e-6);
@@ -1246,6 +1411,46 @@ static void test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends(vo
   }
 }
 
+static void test_no_mode_of_operation_obeys_an_experiment(void) {
+  static const int8_t modes[] = {DRIVE_TRACKING,        DRIVE_PROFILE_POSITION, DRIVE_PROFILE_VELOCITY, DRIVE_HOMING,
+                                 DRIVE_CYCLIC_POSITION, DRIVE_CYCLIC_VELOCITY,  DRIVE_CYCLIC_TORQUE};
+  const servo_axis_command stimulus = {.mode = SERVO_SPEED, .speed = {.rate_rad_s = 0.3f}};
+  for (unsigned i = 0; i < sizeof modes / sizeof modes[0]; ++i) {
+    bench b = bench_in(modes[i]);
+    b.in.stimulus = &stimulus;
+    tick(&b);
+    TEST_ASSERT_FALSE(drive_axis_obeys_stimulus(&b.axis));
+    CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  }
+}
+
+/* An experiment leaves the axis at 0.5 rad with 0.2 rad/s: once from rest, once after a broken off move of pp, whose
+ * demand has a remainder below its last digit. */
+static void test_the_stop_after_an_experiment_is_the_same_whatever_was_before(void) {
+  const servo_axis_command stimulus = {.mode = SERVO_POSITION, .position = encoder(0.5), .speed = {.rate_rad_s = 0.2f}};
+  angle_turn32 path[200] = {0};
+  for (int moved = 0; moved <= 1; ++moved) {
+    bench b = bench_in(DRIVE_NO_MODE);
+    if (moved != 0) {
+      b.o.state.mode = DRIVE_PROFILE_POSITION;
+      tick(&b);
+      new_setpoint(&b, 9000000, 0);
+      ticks(&b, 137);
+      b.o.state.mode = DRIVE_NO_MODE;
+      ticks(&b, 500);
+    }
+    b.in.stimulus = &stimulus;
+    tick(&b);
+    b.in.stimulus = NULL;
+    for (int ms = 0; ms < 200; ++ms) {
+      tick(&b);
+      path[ms] = moved == 0 ? b.command.position : path[ms];
+      TEST_ASSERT_EQUAL_HEX32(path[ms], b.command.position);
+    }
+    CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  }
+}
+
 /* 20 Nm on 20 kg m2: after 2 s it would be 2 rad/s; 607F is 1 rad/s. */
 static void test_the_torque_of_an_experiment_cannot_drive_the_axis_faster_than_110_percent_of_607f(void) {
   for (int sign = -1; sign <= 1; sign += 2) {
@@ -1259,6 +1464,51 @@ static void test_the_torque_of_an_experiment_cannot_drive_the_axis_faster_than_1
       CHECK_AT_MOST("rate, rad/s", 1.1, sign * b.rate_rad_s);
     }
   }
+}
+
+/* --- homing */
+
+static bench bench_homing(uint16_t enabling) {
+  bench b = bench_off(0.25);
+  b.o.state.mode = DRIVE_HOMING;
+  b.o.homing = (drive_homing_objects){
+      .method = HOMING_UP_FIRST, .first_speed = 100000, .second_speed = 100000, .acceleration = 2000000};
+  b.in.contact_s = 0.1f;
+  const uint16_t words[] = {0x00, 0x06, 0x07, enabling};
+  for (unsigned i = 0; i < 4; ++i) {
+    b.o.state.controlword = words[i];
+    ticks(&b, 2);
+  }
+  TEST_ASSERT_EQUAL_HEX16(0x27, b.o.state.statusword & 0x6F);
+  return b;
+}
+
+static void test_a_bit_4_that_enables_starts_no_homing(void) {
+  bench b = bench_homing(0x1F);
+  for (int ms = 0; ms < 300; ++ms) {
+    tick(&b);
+    CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  }
+}
+
+/* An axis that needs all its torque to move, in wind or uphill, is not at an end stop; one that stands is, after
+ * 0.1 s. */
+static void test_homing_turns_round_where_the_axis_stands_and_nowhere_else(void) {
+  bench b = bench_homing(0x0F);
+  b.in.torque_limited = true;
+  b.o.state.controlword = 0x1F;
+  ticks(&b, 150);
+  for (int ms = 0; ms < 1000; ++ms) {
+    tick(&b);
+    CHECK_NEAR("rate, rad/s", 0.1, b.command.speed.rate_rad_s, 1e-6);
+  }
+  b.braked = true;
+  ticks(&b, 95);
+  CHECK_NEAR("rate, rad/s", 0.1, b.command.speed.rate_rad_s, 1e-6);
+  ticks(&b, 25);
+  b.braked = false;
+  ticks(&b, 300);
+  CHECK_NEAR("rate, rad/s", -0.1, b.command.speed.rate_rad_s, 1e-6);
 }
 
 /* --- tracking */
@@ -1331,7 +1581,14 @@ static void test_an_axis_that_is_blocked_outside_its_travel_backs_off(void) {
     const double ahead_rad = side * (double)angle_difference_rad(b.command.position, b.in.joint_angle);
     CHECK_AT_MOST("ahead of the axis while the ramp runs, rad", 20e-3, ahead_rad);
     CHECK_AT_LEAST("ahead of the axis while the ramp runs, rad", 5e-3, ahead_rad);
-    ticks(&b, 350);
+    int blocked_ms = 0; /* at the end of the ramp */
+    while (side * (double)angle_difference_rad(b.command.position, b.in.joint_angle) > 0.0) {
+      tick(&b);
+      blocked_ms += b.command.speed.rate_rad_s == 0.0f ? 1 : 0;
+      TEST_ASSERT_TRUE(blocked_ms < 1000);
+    }
+    TEST_ASSERT_EQUAL_INT(100, blocked_ms);
+    ticks(&b, 200);
     CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
     CHECK_NEAR("back from the axis, rad", 1e-3,
                side * -(double)angle_difference_rad(b.command.position, b.in.joint_angle), 1e-6);
@@ -1342,8 +1599,8 @@ static void test_an_axis_that_is_blocked_outside_its_travel_backs_off(void) {
   }
 }
 
-/* Held at 1.1 rad, outside 607D of +-1 rad, the axis is pushed inwards by 0.25 mrad for 20 ms each second. */
-static void test_an_axis_that_is_pushed_inwards_outside_its_travel_stays(void) {
+/* pv holds it at 1.1 rad, outside 607D of +-1 rad. */
+static bench bench_held_outside(void) {
   bench b = bench_off(1.1);
   b.o.limit.position_minimum = -10000000;
   b.o.limit.position_maximum = 10000000;
@@ -1353,16 +1610,41 @@ static void test_an_axis_that_is_pushed_inwards_outside_its_travel_stays(void) {
     b.o.state.controlword = words[i];
     ticks(&b, 2);
   }
+  ticks(&b, 10);
+  TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode);
+  TEST_ASSERT_EQUAL_HEX32(encoder(1.1), b.command.position);
+  return b;
+}
+
+static void push(bench *b, double angle_rad, int time_ms) {
+  for (int ms = 0; ms < time_ms; ++ms) {
+    b->angle_rad = angle_rad;
+    b->in.joint_angle = encoder(angle_rad);
+    tick(b);
+  }
+}
+
+/* By 0.25 mrad for 20 ms each second, and at last for 99 ms. */
+static void test_an_axis_that_is_pushed_inwards_outside_its_travel_stays(void) {
+  bench b = bench_held_outside();
   for (int second = 0; second < 20; ++second) {
     ticks(&b, 980);
-    for (int ms = 0; ms < 20; ++ms) {
-      b.angle_rad = 1.1 - 0.25e-3;
-      b.in.joint_angle = encoder(b.angle_rad);
-      tick(&b);
-    }
+    push(&b, 1.1 - 0.25e-3, 20);
   }
   ticks(&b, 100);
+  push(&b, 1.1 - 0.25e-3, 99);
+  ticks(&b, 100);
   CHECK_NEAR("angle, rad", 1.1, b.angle_rad, 1e-6);
+  TEST_ASSERT_EQUAL_HEX32(encoder(1.1), b.command.position);
+}
+
+/* By 0.25 mrad for 100 ms: then it is held 1 mrad further in. Thrown inwards by 2 mrad more, for 20 ms, it stays. */
+static void test_an_axis_gives_way_once_to_a_push_of_100_ms_outside_its_travel(void) {
+  bench b = bench_held_outside();
+  push(&b, 1.1 - 0.25e-3, 100);
+  push(&b, 1.1 - 2.25e-3, 20);
+  ticks(&b, 10);
+  CHECK_NEAR("angle, rad", 1.1 - 1.25e-3, b.angle_rad, 1e-6);
 }
 
 /* 607D becomes +-0.2 rad while pv turns the axis outwards at 0.3 rad/s, at 0.25 rad; then a stop is ordered. It must
@@ -1397,8 +1679,9 @@ static void test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_th
   static const struct {
     double angle_rad;
     float target_rad_s, minimum_rad_s, maximum_rad_s;
-  } cases[] = {{0.0, 0.1f, -0.3f, 0.3f},     {0.0, -0.1f, -0.3f, 0.3f},    {0.9999, 0.1f, -0.3f, 0.0f},
-               {0.9999, -0.1f, -0.3f, 0.3f}, {-0.9999, -0.1f, 0.0f, 0.3f}, {-0.9999, 0.1f, -0.3f, 0.3f}};
+  } cases[] = {{0.0, 0.1f, -0.3f, 0.3f},      {0.0, -0.1f, -0.3f, 0.3f},     {0.9999, 0.1f, -0.3f, 0.0f},
+               {0.9999, -0.1f, -0.3f, 0.3f},  {-0.9999, -0.1f, 0.0f, 0.3f},  {-0.9999, 0.1f, -0.3f, 0.3f},
+               {0.9999, 0.001f, -0.3f, 0.0f}, {-0.9999, -0.001f, 0.0f, 0.3f}};
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
     const servo_target target = {.known = true, .reference = {.rate_rad_s = cases[i].target_rad_s}};
     const bench b = bench_tracking(&target, cases[i].angle_rad);
@@ -1430,13 +1713,43 @@ static void test_an_axis_at_the_end_of_its_travel_waits_for_its_target(void) {
 
 /* Bit 11 while a limit keeps the axis from the target's rate. */
 static void test_a_target_that_is_too_fast_is_reported_as_limited(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    servo_target target = {.known = true};
+    bench b = bench_tracking(&target, 0.0);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+    target.reference.rate_rad_s = 3.0f * (float)side;
+    ticks(&b, 500);
+    CHECK_NEAR("rate within 607F, rad/s", 0.3 * side, b.command.speed.rate_rad_s, 1e-6);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  }
+}
+
+/* 6067 is 0.1 mrad, 6068 5 ms. A target that was lost, or not seen for a while, counts from the beginning. */
+static void test_a_target_found_again_is_acquired_before_it_counts_as_reached(void) {
   servo_target target = {.known = true};
   bench b = bench_tracking(&target, 0.0);
-  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
-  target.reference.rate_rad_s = 3.0f;
-  ticks(&b, 500);
-  CHECK_NEAR("rate within 607F, rad/s", 0.3, b.command.speed.rate_rad_s, 1e-6);
-  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  ticks(&b, 10);
+  TEST_ASSERT_EQUAL_INT(DRIVE_ON_TARGET, b.axis.tracking);
+  target.known = false;
+  ticks(&b, 20);
+  TEST_ASSERT_EQUAL_INT(DRIVE_TARGET_LOST, b.axis.tracking);
+  target.known = true;
+  for (int ms = 0; ms < 5; ++ms) {
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(DRIVE_ACQUIRING, b.axis.tracking);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
+  }
+  ticks(&b, 2);
+  TEST_ASSERT_EQUAL_INT(DRIVE_ON_TARGET, b.axis.tracking);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
+  target.frame_age_ticks = DRIVE_COASTS_AFTER + 1;
+  ticks(&b, 20);
+  TEST_ASSERT_EQUAL_INT(DRIVE_COASTING, b.axis.tracking);
+  target.frame_age_ticks = 0;
+  target.error_rad = 1e-3f; /* the estimate was wrong */
+  tick(&b);
+  TEST_ASSERT_EQUAL_INT(DRIVE_ACQUIRING, b.axis.tracking);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
 }
 
 /* Rate, acceleration and torque of a target within the limits are those of the axis; a rate that jumps is reached at
@@ -1707,8 +2020,9 @@ static void test_a_jerk_that_falls_during_a_ramp_does_not_carry_the_rate_past_it
     }
     CHECK_NEAR("rate, rad/s", target_rad_s, (double)b.command.speed.rate_rad_s, 1e-6);
   }
-  for (unsigned i = 0; i < 6; ++i) {
-    const bool goes_on = i >= 3; /* again before the stop has ended */
+  for (unsigned i = 0; i < 9; ++i) {
+    const bool goes_on = i >= 3;     /* again before the stop has ended */
+    const bool falls_early = i >= 6; /* before the stop has begun */
     bench b = bench_in(DRIVE_PROFILE_VELOCITY);
     b.machine.stop_deceleration_rad_s2 = 1.0f;
     b.o.state.option.quick_stop = 5;
@@ -1717,6 +2031,7 @@ static void test_a_jerk_that_falls_during_a_ramp_does_not_carry_the_rate_past_it
     b.o.velocity.target = goes_on ? 500000 : 0;
     ticks(&b, 100);
     b.o.limit.jerk = 1;
+    ticks(&b, falls_early ? 2 : 0);
     b.o.state.controlword = words[i % 3];
     ticks(&b, goes_on ? 150 : 0);
     TEST_ASSERT_TRUE(!goes_on || b.command.speed.acceleration_rad_s2 < -0.3f);
@@ -1730,6 +2045,19 @@ static void test_a_jerk_that_falls_during_a_ramp_does_not_carry_the_rate_past_it
   }
 }
 
+/* 60A4 falls from 50 rad/s3 to 0.05 rad/s3 while the axis turns at 0.1 rad/s. A ramp then gains j t^2 / 2. */
+static void test_a_jerk_that_falls_between_two_ramps_counts_for_the_next_one(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = 100000;
+  ticks(&b, 500);
+  CHECK_NEAR("rate, rad/s", 0.1, b.command.speed.rate_rad_s, 1e-6);
+  b.o.limit.jerk = 50000;
+  tick(&b);
+  b.o.velocity.target = 1000000;
+  ticks(&b, 1000);
+  CHECK_NEAR("rate, rad/s", 0.1 + 0.5 * 0.05, b.command.speed.rate_rad_s, 2e-4);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_axis_is_off_and_reports_its_position_before_it_is_enabled);
@@ -1737,12 +2065,15 @@ int main(void) {
   RUN_TEST(test_without_a_mode_the_axis_stands_still);
   RUN_TEST(test_pv_reaches_1_deg_s_and_reads_it_back);
   RUN_TEST(test_an_axis_moves_from_a_speed_above_606f_on);
+  RUN_TEST(test_pv_has_reached_its_target_within_606d);
   RUN_TEST(test_pv_is_held_to_607f_and_says_so);
   RUN_TEST(test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_other_direction);
   RUN_TEST(test_pv_brakes_before_a_limit_with_what_the_motor_surely_has);
   RUN_TEST(test_pv_goes_on_at_once_after_a_halt_close_to_the_limit);
   RUN_TEST(test_the_acceleration_given_brings_exactly_the_next_rate);
   RUN_TEST(test_a_ramp_goes_on_through_a_change_from_pv_to_pp_without_a_lost_tick);
+  RUN_TEST(test_pv_and_csv_take_an_axis_over_from_each_other_at_its_rate);
+  RUN_TEST(test_pv_and_hm_begin_at_the_speed_that_the_position_loop_has_demanded);
   RUN_TEST(test_pp_goes_to_its_target_acknowledges_and_arrives_exactly);
   RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_reported);
   RUN_TEST(test_pp_takes_a_set_point_whose_bit_4_rises_with_the_mode);
@@ -1755,7 +2086,7 @@ int main(void) {
   RUN_TEST(test_no_position_demand_is_faster_than_the_position_loop);
   RUN_TEST(test_a_relative_move_from_the_limit_leads_back_at_once);
   RUN_TEST(test_the_slowest_move_of_pp_has_its_rate_exactly);
-  RUN_TEST(test_a_relative_move_after_cst_counts_from_where_the_axis_is);
+  RUN_TEST(test_a_relative_move_after_cst_or_csv_counts_from_where_the_axis_is);
   RUN_TEST(test_pp_ends_at_the_software_position_limit);
   RUN_TEST(test_pp_brakes_with_what_the_motor_surely_has_when_its_target_is_near_the_limit);
   RUN_TEST(test_no_software_limit_leads_beyond_the_hard_travel);
@@ -1770,6 +2101,7 @@ int main(void) {
   RUN_TEST(test_a_longer_period_of_60c2_holds_set_points_longer);
   RUN_TEST(test_a_period_that_cannot_be_is_one_tick);
   RUN_TEST(test_a_move_ends_when_the_axis_is_found_on_another_turn);
+  RUN_TEST(test_pv_goes_on_when_the_axis_is_found_on_another_turn);
   RUN_TEST(test_an_axis_that_is_held_stays_when_it_is_found_on_another_turn);
   RUN_TEST(test_csp_follows_a_parabola_one_period_late_with_position_and_rate);
   RUN_TEST(test_csp_does_not_move_before_its_first_set_point_whatever_607a_was);
@@ -1782,22 +2114,31 @@ int main(void) {
   RUN_TEST(test_csp_brakes_before_the_limit_when_its_set_points_do_not);
   RUN_TEST(test_csp_reports_a_rate_offset_beyond_607f_as_limited);
   RUN_TEST(test_csv_stops_before_a_position_limit_and_stays_there_until_turned_round);
+  RUN_TEST(test_csv_with_rate_0_holds_an_axis_outside_its_travel);
   RUN_TEST(test_csv_obeys_a_lower_rate_while_it_brakes_before_a_limit);
   RUN_TEST(test_cst_gives_target_and_offset_along_the_slope);
   RUN_TEST(test_cst_is_stopped_by_the_position_limit_and_held);
   RUN_TEST(test_cst_at_full_torque_stops_within_the_travel);
+  RUN_TEST(test_cst_brakes_an_axis_that_is_struck_before_its_limit_at_once);
+  RUN_TEST(test_cst_gives_no_torque_before_a_limit_of_the_speed_is_known);
   RUN_TEST(test_cst_is_not_blocked_by_the_rate_that_the_mode_before_has_demanded);
   RUN_TEST(test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them);
   RUN_TEST(test_an_axis_slows_down_from_the_rate_at_which_an_experiment_ends);
+  RUN_TEST(test_no_mode_of_operation_obeys_an_experiment);
+  RUN_TEST(test_the_stop_after_an_experiment_is_the_same_whatever_was_before);
   RUN_TEST(test_the_torque_of_an_experiment_cannot_drive_the_axis_faster_than_110_percent_of_607f);
+  RUN_TEST(test_a_bit_4_that_enables_starts_no_homing);
+  RUN_TEST(test_homing_turns_round_where_the_axis_stands_and_nowhere_else);
   RUN_TEST(test_an_axis_outside_its_travel_does_not_return_after_a_loss);
   RUN_TEST(test_an_axis_that_returns_after_a_loss_does_not_say_that_it_follows);
   RUN_TEST(test_an_axis_that_is_blocked_outside_its_travel_backs_off);
   RUN_TEST(test_an_axis_that_is_pushed_inwards_outside_its_travel_stays);
+  RUN_TEST(test_an_axis_gives_way_once_to_a_push_of_100_ms_outside_its_travel);
   RUN_TEST(test_a_stop_outside_the_travel_does_not_turn_back);
   RUN_TEST(test_a_target_is_followed_no_faster_than_the_axis_can_stop_within_the_travel);
   RUN_TEST(test_an_axis_at_the_end_of_its_travel_waits_for_its_target);
   RUN_TEST(test_a_target_that_is_too_fast_is_reported_as_limited);
+  RUN_TEST(test_a_target_found_again_is_acquired_before_it_counts_as_reached);
   RUN_TEST(test_a_target_is_followed_as_given_and_within_the_limits);
   RUN_TEST(test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1);
   RUN_TEST(test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword);
@@ -1812,5 +2153,6 @@ int main(void) {
   RUN_TEST(test_an_axis_that_does_not_come_to_rest_is_let_go_after_200_ms);
   RUN_TEST(test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f);
   RUN_TEST(test_a_jerk_that_falls_during_a_ramp_does_not_carry_the_rate_past_its_target);
+  RUN_TEST(test_a_jerk_that_falls_between_two_ramps_counts_for_the_next_one);
   return UNITY_END();
 }

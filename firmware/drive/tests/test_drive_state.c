@@ -215,8 +215,26 @@ static void test_shutdown_and_disable_ramp_down_first_when_requested_to(void) {
     expect(&b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN); /* another command before */
     TEST_ASSERT_FALSE(b.state.ends_off);
     expect(&b, word, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN);
+    expect(&b, word | 0x80, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN); /* no command: the stop goes on */
+    TEST_ASSERT_TRUE(b.state.ends_off);
     b.in.stopped = true;
     expect(&b, word, which == 0 ? DRIVE_READY_TO_SWITCH_ON : DRIVE_SWITCHED_ON, DRIVE_OFF);
+  }
+}
+
+static void test_a_stop_of_the_last_operation_stops_nothing_in_the_next_one(void) {
+  for (int which = 0; which < 2; ++which) {
+    const uint16_t word = which == 0 ? 0x06 : 0x07;
+    bench b = bench_in(DRIVE_OPERATION_ENABLED);
+    b.options.shutdown = 1;
+    b.options.disable = 1;
+    expect(&b, word, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN);
+    b.in.stopped = true;
+    expect(&b, word, which == 0 ? DRIVE_READY_TO_SWITCH_ON : DRIVE_SWITCHED_ON, DRIVE_OFF);
+    b.in.stopped = false;
+    expect(&b, 0x07, DRIVE_SWITCHED_ON, DRIVE_OFF);
+    expect(&b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN);
+    expect(&b, 0x8F, DRIVE_OPERATION_ENABLED, DRIVE_RUN); /* no command */
   }
 }
 
@@ -421,6 +439,19 @@ static void test_an_option_code_that_slipped_through_counts_as_the_default(void)
   b = bench_in(DRIVE_OPERATION_ENABLED);
   b.options.shutdown = -1;
   expect(&b, 0x06, DRIVE_READY_TO_SWITCH_ON, DRIVE_OFF);
+  b = bench_in(DRIVE_OPERATION_ENABLED);
+  b.options.fault_reaction = 99;
+  b.in.fault = DRIVE_FAULT_STOPS;
+  expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_QUICK_STOP);
+}
+
+/* Whoever takes the defaults may write them: none of them would be refused, or be replaced. */
+static void test_the_default_option_codes_are_supported(void) {
+  const drive_options o = drive_options_default();
+  const int16_t codes[] = {o.quick_stop, o.shutdown, o.disable, o.halt, o.fault_reaction};
+  for (unsigned i = 0; i < sizeof codes / sizeof codes[0]; ++i) {
+    TEST_ASSERT_TRUE(drive_option_supported((uint16_t)(0x605A + i), codes[i]));
+  }
 }
 
 int main(void) {
@@ -438,6 +469,7 @@ int main(void) {
   RUN_TEST(test_quick_stop_brakes_and_then_does_what_its_option_says);
   RUN_TEST(test_quick_stop_with_option_0_switches_off_at_once);
   RUN_TEST(test_shutdown_and_disable_ramp_down_first_when_requested_to);
+  RUN_TEST(test_a_stop_of_the_last_operation_stops_nothing_in_the_next_one);
   RUN_TEST(test_a_fault_brakes_by_its_option_and_ends_in_fault);
   RUN_TEST(test_a_fault_that_forbids_torque_cuts_it_even_while_braking);
   RUN_TEST(test_every_state_without_torque_goes_to_fault_without_torque);
@@ -451,5 +483,6 @@ int main(void) {
   RUN_TEST(test_nothing_is_enabled_while_protection_does_not_know_the_travel);
   RUN_TEST(test_option_codes_that_are_not_supported_are_refused);
   RUN_TEST(test_an_option_code_that_slipped_through_counts_as_the_default);
+  RUN_TEST(test_the_default_option_codes_are_supported);
   return UNITY_END();
 }
