@@ -68,6 +68,16 @@ static void test_position_and_rate_go_on_without_a_step_whatever_the_set_points_
   }
 }
 
+static void test_the_axis_keeps_its_rate_until_the_first_set_point_arrives(void) {
+  position_interpolation state;
+  position_interpolation_reset(&state, angle_of(1.0), -0.3f);
+  for (int tick = 0; tick < 20; ++tick) {
+    const interpolated_position now = position_interpolation_step(&state, dt_s);
+    CHECK_NEAR("position, rad", 1.0 - 0.3e-3 * tick, (double)now.position * rad_per_unit, 2e-9);
+    CHECK_SAME("rate, rad/s", -0.3f, now.rate_rad_s);
+  }
+}
+
 /* Half a radian ahead, where the distance has 24 bits only: the first demand is the present one to its last bit. */
 static void test_a_new_set_point_begins_exactly_at_the_present_demand(void) {
   for (int step = 1; step <= 50; ++step) {
@@ -181,6 +191,7 @@ int main(void) {
   RUN_TEST(test_the_second_set_point_ends_a_parabola_from_the_start);
   RUN_TEST(test_positions_on_a_parabola_are_followed_exactly_one_period_late);
   RUN_TEST(test_position_and_rate_go_on_without_a_step_whatever_the_set_points_do);
+  RUN_TEST(test_the_axis_keeps_its_rate_until_the_first_set_point_arrives);
   RUN_TEST(test_a_new_set_point_begins_exactly_at_the_present_demand);
   RUN_TEST(test_a_late_set_point_is_bridged_with_the_last_slope);
   RUN_TEST(test_a_set_point_too_far_away_is_approached_at_the_rate_limit);

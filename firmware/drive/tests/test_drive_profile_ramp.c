@@ -324,6 +324,123 @@ static void test_a_target_inside_the_braking_distance_is_passed_once_and_come_ba
   check_limits(&b);
 }
 
+/* Whether the first stop of a move downwards begins too early or too late: it leaves more than 1e-9 rad and 4e-7 of the
+ * distance, and twice as much by rounding. Downwards only, so far: upwards, one in ten stops from a constant rate
+ * begins up to a tick too early. */
+static bool stops_at_the_wrong_time(const profile_limits *limits, double distance) {
+  profile_ramp ramp = {.rate_rad_s = 0.0f};
+  double ahead_rad = -distance;
+  for (int ticks = 0; ticks < 1000000; ++ticks) {
+    const float before_rad = (float)ahead_rad;
+    const profile_motion motion = profile_towards_distance(&ramp, limits, before_rad, dt_s);
+    ahead_rad -= (double)motion.travel_rad;
+    if (motion.stops || motion.arrived) {
+      const double stop_rad = (double)motion.travel_rad + (double)profile_stop_travel_rad(&ramp, limits);
+      return !motion.arrived && fabs((double)before_rad - stop_rad) > 2.0 * (1e-9 + 4e-7 * fabs((double)before_rad));
+    }
+  }
+  return true; /* never */
+}
+
+static void test_a_stop_ends_at_the_target_from_the_tick_in_which_it_begins(void) {
+  static const struct {
+    double hardest_rad_s2;
+    double nearest_rad;
+    double farthest_rad;
+    double low_rad_s3;
+    double high_rad_s3;
+  } kinds[] = {{8.0, 1e-6, 0.01, 1000.0, 4300.0},
+               {50.0, 1e-4, 1.0, 1.0, 1000.0},
+               {50.0, 1e-4, 1.0, 0.01, 1.0}}; /* the acceleration takes seconds */
+  random_source random = {.state = 9};
+  const int trials = 3 * random_cases(1000);
+  int wrong = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const int k = trial % 3;
+    const double distance = random_decades(&random, kinds[k].nearest_rad, kinds[k].farthest_rad);
+    profile_limits limits =
+        limits_of(random_decades(&random, 0.01, 10.0), random_decades(&random, 0.1, kinds[k].hardest_rad_s2),
+                  random_decades(&random, 0.1, kinds[k].hardest_rad_s2),
+                  random_decades(&random, kinds[k].low_rad_s3, kinds[k].high_rad_s3));
+    limits.rate_rad_s = fmaxf(limits.rate_rad_s, (float)distance / 10.0f);
+    wrong += stops_at_the_wrong_time(&limits, distance) ? 1 : 0;
+  }
+  CHECK_AT_MOST("share of stops at the wrong time", 1e-3, (double)wrong / trials);
+}
+
+/* Moves of some ticks, in which several pieces meet within one: the search for the time has corners there. */
+static void test_short_moves_of_short_pieces_stop_in_time(void) {
+  random_source random = {.state = 11};
+  const int trials = random_cases(10000);
+  int wrong = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const double acceleration = random_decades(&random, 0.1, 4.0);
+    const double rate = acceleration * random_decades(&random, 3e-4, 3e-3);
+    const double distance = rate * random_decades(&random, 1e-3, 5e-3);
+    const profile_limits limits =
+        limits_of(rate, acceleration, random_decades(&random, 0.1, 4.0), random_decades(&random, 1500.0, 4300.0));
+    wrong += stops_at_the_wrong_time(&limits, distance) ? 1 : 0;
+  }
+  CHECK_AT_MOST("share of stops at the wrong time", 0.008, (double)wrong / trials);
+}
+
+/* At v = a^2 / 2j the jerk alone ends the stop: after a / j, and a^3 / 6j^2. */
+static void test_the_last_piece_of_a_stop_has_its_distance(void) {
+  random_source random = {.state = 10};
+  for (int trial = 0; trial < random_cases(20000); ++trial) {
+    const double sign = trial % 2 == 0 ? 1.0 : -1.0;
+    const profile_limits limits = limits_of(10.0, 50.0, 150.0, random_decades(&random, 0.1, 4000.0));
+    const double j = (double)limits.jerk_rad_s3;
+    const double a = (double)(float)random_decades(&random, 1e-3, 50.0);
+    const profile_ramp ramp = {.rate_rad_s = (float)(sign * a * a / (2.0 * j)),
+                               .acceleration_rad_s2 = (float)(-sign * a)};
+    CHECK_RELATIVE("way to stand still, rad", sign * a * a * a / (6.0 * j * j), profile_stop_travel_rad(&ramp, &limits),
+                   1e-6);
+  }
+}
+
+/* At 0.5 rad/s, with the target where it is: it stands only after it has come back. */
+static void test_a_target_that_is_passed_at_speed_is_not_reached(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = {.limits = limits_of(1.0, 2.0, 2.0, 40.0), .ramp = {.rate_rad_s = (float)sign * 0.5f}};
+    TEST_ASSERT_FALSE(go(&b, 0));
+    CHECK_NEAR("travel of the first tick, rad", sign * 0.5e-3, (double)b.demand * rad_per_unit, 1e-6);
+    int ticks = 1;
+    while (!go(&b, 0)) {
+      TEST_ASSERT_TRUE(++ticks < 10000);
+    }
+    CHECK_AT_LEAST("time, s", 0.5, ticks * 1e-3);
+    TEST_ASSERT_TRUE(b.demand == 0 && profile_at_rest(&b.ramp));
+  }
+}
+
+/* 2^-12 rad/s with 1024 rad/s^3 take two pieces of 2^-11 s: a tick of 2^-10 s. All exact in binary. */
+static void test_a_ramp_that_ends_with_the_tick_has_arrived(void) {
+  const profile_limits limits = limits_of(1.0, 2.0, 2.0, 1024.0);
+  for (int sign = -1; sign <= 1; sign += 2) {
+    const float wanted_rad_s = (float)sign * 0x1p-12f;
+    profile_ramp ramp = {.rate_rad_s = 0.0f};
+    const profile_motion motion = profile_towards_rate(&ramp, &limits, wanted_rad_s, 0x1p-10f);
+    TEST_ASSERT_TRUE(motion.arrived);
+    CHECK_SAME("rate, rad/s", wanted_rad_s, ramp.rate_rad_s);
+    CHECK_SAME("mean acceleration, rad/s^2", sign * 0.25, motion.mean_acceleration_rad_s2);
+  }
+}
+
+/* At 1e-4 rad/s, with -1 rad/s^2: 4000 rad/s^3 let it swing to -2.5e-5 rad/s. From there it brakes, so it stands after
+ * 0.41 ms, with 0.32 rad/s^2 at most; 0.01 rad/s^2 would take 2 ms more. */
+static void test_a_swing_through_standstill_ends_with_the_deceleration(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    profile_ramp ramp = {.rate_rad_s = (float)sign * 1e-4f, .acceleration_rad_s2 = (float)-sign};
+    const profile_limits hard = limits_of(1.0, 0.01, 10.0, 4000.0);
+    TEST_ASSERT_TRUE(profile_towards_rate(&ramp, &hard, 0.0f, dt_s).arrived);
+    ramp = (profile_ramp){.rate_rad_s = (float)sign * 1e-4f, .acceleration_rad_s2 = (float)-sign};
+    const profile_limits weak = limits_of(1.0, 10.0, 0.01, 4000.0);
+    TEST_ASSERT_FALSE(profile_towards_rate(&ramp, &weak, 0.0f, dt_s).arrived);
+    CHECK_NEAR("braking, rad/s^2", sign * 0.01, ramp.acceleration_rad_s2, 1e-8);
+  }
+}
+
 static void test_limits_that_shrink_under_way_are_entered_with_the_jerk_limit(void) {
   bench b = {.limits = limits_of(5.0, 10.0, 10.0, 100.0)};
   for (int i = 0; i < 300; ++i) {
@@ -340,6 +457,28 @@ static void test_limits_that_shrink_under_way_are_entered_with_the_jerk_limit(vo
     }
   }
   CHECK_AT_MOST("jerk / limit", 1.0 + 1e-4, b.worst_jerk);
+}
+
+/* From 10 to 1 rad/s^2 on the way to 5 rad/s: it takes 90 ms. */
+static void test_a_weaker_acceleration_is_entered_with_the_jerk_limit(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = {.limits = limits_of(5.0, 10.0, 10.0, 100.0)};
+    for (int i = 0; i < 200; ++i) {
+      (void)run(&b, (float)sign * 5.0f);
+    }
+    CHECK_NEAR("acceleration, rad/s^2", sign * 10.0, b.ramp.acceleration_rad_s2, 1e-5);
+    b.limits.acceleration_rad_s2 = 1.0f;
+    b.worst_jerk = 0.0;
+    for (int i = 0; i < 89; ++i) {
+      (void)run(&b, (float)sign * 5.0f);
+    }
+    CHECK_NEAR("after 89 ms, rad/s^2", sign * 1.1, b.ramp.acceleration_rad_s2, 1e-4);
+    for (int i = 0; i < 100; ++i) {
+      (void)run(&b, (float)sign * 5.0f);
+    }
+    CHECK_NEAR("after 189 ms, rad/s^2", sign * 1.0, b.ramp.acceleration_rad_s2, 1e-6);
+    CHECK_AT_MOST("jerk / limit", 1.0 + 1e-4, b.worst_jerk);
+  }
 }
 
 static void test_a_rate_is_held_back_before_the_end_of_the_room(void) {
@@ -389,6 +528,12 @@ static void test_limits_are_refused_outside_their_ranges(void) {
     fields[field] = 0.0f;
     const profile_limits zero = {fields[0], fields[1], fields[2], fields[3]};
     CHECK_STATUS(CONTROL_OUT_OF_RANGE, profile_limits_check(&zero));
+    fields[field] = 4300.0f;
+    const profile_limits highest = {fields[0], fields[1], fields[2], fields[3]};
+    CHECK_STATUS(CONTROL_OK, profile_limits_check(&highest));
+    fields[field] = 4300.05f;
+    const profile_limits higher = {fields[0], fields[1], fields[2], fields[3]};
+    CHECK_STATUS(CONTROL_OUT_OF_RANGE, profile_limits_check(&higher));
     fields[field] = NAN;
     const profile_limits nan = {fields[0], fields[1], fields[2], fields[3]};
     CHECK_STATUS(CONTROL_NOT_FINITE, profile_limits_check(&nan));
@@ -421,7 +566,14 @@ int main(void) {
   RUN_TEST(test_a_reversal_with_weak_brakes_does_not_stop);
   RUN_TEST(test_a_reversal_has_not_arrived_when_it_stands);
   RUN_TEST(test_a_target_inside_the_braking_distance_is_passed_once_and_come_back_to);
+  RUN_TEST(test_a_stop_ends_at_the_target_from_the_tick_in_which_it_begins);
+  RUN_TEST(test_short_moves_of_short_pieces_stop_in_time);
+  RUN_TEST(test_the_last_piece_of_a_stop_has_its_distance);
+  RUN_TEST(test_a_target_that_is_passed_at_speed_is_not_reached);
+  RUN_TEST(test_a_ramp_that_ends_with_the_tick_has_arrived);
+  RUN_TEST(test_a_swing_through_standstill_ends_with_the_deceleration);
   RUN_TEST(test_limits_that_shrink_under_way_are_entered_with_the_jerk_limit);
+  RUN_TEST(test_a_weaker_acceleration_is_entered_with_the_jerk_limit);
   RUN_TEST(test_a_rate_is_held_back_before_the_end_of_the_room);
   RUN_TEST(test_room_that_is_behind_stops_and_room_enough_changes_nothing);
   RUN_TEST(test_limits_are_refused_outside_their_ranges);

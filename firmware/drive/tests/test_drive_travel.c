@@ -80,6 +80,10 @@ static void test_62_percent_of_the_sure_deceleration_brake_and_the_torque_limits
   CHECK_NEAR("rad/s^2", 1e-3, bounds_of(&o, &machine).braking_rad_s2, 1e-6);
   const drive_machine unknown = {.margin = 0};
   CHECK_SAME("rad/s^2", 4300.0, bounds_of(&o, &unknown).braking_rad_s2);
+  const drive_machine unknown_torque = {.deceleration_rad_s2 = 5.0f};
+  CHECK_SAME("rad/s^2", 4300.0, bounds_of(&o, &unknown_torque).braking_rad_s2);
+  const drive_machine unknown_braking = {.torque_nm = 40.0f};
+  CHECK_SAME("rad/s^2", 4300.0, bounds_of(&o, &unknown_braking).braking_rad_s2);
 }
 
 static void test_slow_motion_and_an_unknown_position_narrow_the_bounds(void) {

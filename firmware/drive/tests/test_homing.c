@@ -95,6 +95,25 @@ static void test_nothing_is_judged_while_the_ramp_reverses(void) {
   TEST_ASSERT_EQUAL(HOMING_SECOND_PATH, state.phase);
 }
 
+/* Against an end stop, with the set-point of another mode still pointing to it: what was before the start does not
+ * count. In ticks of 2^-10 s, which add up exactly. */
+static void test_the_time_of_a_contact_counts_from_the_start_of_the_path(void) {
+  const float tick_s = 0x1p-10f;
+  objects.method = HOMING_UP_FIRST;
+  in.torque_limited = true;
+  in.reference_rad_s = 0.05f;
+  homing_step(&state, &objects, &in, tick_s);
+  in.start = true;
+  homing_step(&state, &objects, &in, tick_s);
+  for (int i = 0; i < 256; ++i) {
+    TEST_ASSERT_EQUAL(HOMING_FIRST_PATH, state.phase);
+    homing_step(&state, &objects, &in, tick_s);
+  }
+  TEST_ASSERT_EQUAL(HOMING_FIRST_PATH, state.phase); /* 0.25 s: not longer yet */
+  homing_step(&state, &objects, &in, tick_s);
+  TEST_ASSERT_EQUAL(HOMING_SECOND_PATH, state.phase);
+}
+
 static void test_the_turn_that_was_seen_is_confirmed_without_motion(void) {
   const int8_t methods[] = {HOMING_HERE, HOMING_HERE_OLD};
   for (int i = 0; i < 2; ++i) {
@@ -113,9 +132,22 @@ static void test_the_turn_that_was_seen_is_confirmed_without_motion(void) {
 static void test_nothing_seen_is_an_error(void) {
   start(HOMING_HERE);
   TEST_ASSERT_EQUAL(HOMING_FAILED, state.phase);
-  setUp();
-  start(HOMING_NONE);
-  TEST_ASSERT_EQUAL(HOMING_FAILED, state.phase);
+}
+
+/* Wherever such a method came from: the axis stays, with the turn known or not. */
+static void test_any_other_method_is_an_error_and_moves_nothing(void) {
+  for (int method = -128; method < 128; ++method) {
+    if (method == -1 || method == -2 || method == 35 || method == 37) {
+      continue;
+    }
+    for (int known = 0; known < 2; ++known) {
+      setUp();
+      in.position_known = known != 0;
+      start((int8_t)method);
+      TEST_ASSERT_EQUAL(HOMING_FAILED, state.phase);
+      CHECK_SAME("rad/s", 0.0, state.target_rad_s);
+    }
+  }
 }
 
 static void test_a_known_turn_needs_no_motion(void) {
@@ -180,8 +212,10 @@ int main(void) {
   RUN_TEST(test_a_contact_turns_it_round_and_a_second_one_is_an_error);
   RUN_TEST(test_the_torque_limit_without_a_standstill_is_no_contact);
   RUN_TEST(test_nothing_is_judged_while_the_ramp_reverses);
+  RUN_TEST(test_the_time_of_a_contact_counts_from_the_start_of_the_path);
   RUN_TEST(test_the_turn_that_was_seen_is_confirmed_without_motion);
   RUN_TEST(test_nothing_seen_is_an_error);
+  RUN_TEST(test_any_other_method_is_an_error_and_moves_nothing);
   RUN_TEST(test_a_known_turn_needs_no_motion);
   RUN_TEST(test_enabling_with_bit_4_starts_nothing);
   RUN_TEST(test_a_bit_4_that_rises_with_the_mode_starts);

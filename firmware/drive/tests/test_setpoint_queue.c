@@ -89,6 +89,18 @@ static void test_relative_set_points_count_from_the_target_before_them(void) {
   check_target(1015 + (int64_t)INT32_MAX, &queue);
 }
 
+/* The one that waits has never been a target. */
+static void test_a_relative_change_immediately_counts_from_what_is_under_way(void) {
+  setpoint_queue queue = queue_at(0);
+  (void)step(&queue, new_setpoint, 100);
+  (void)step(&queue, 0, 0);
+  (void)step(&queue, new_setpoint, 200);
+  (void)step(&queue, 0, 0);
+  TEST_ASSERT_TRUE(step(&queue, new_setpoint | relative | now_bit, 10));
+  check_target(110, &queue);
+  TEST_ASSERT_FALSE(queue.waiting);
+}
+
 static void test_a_thousand_relative_set_points_add_up_to_the_count(void) {
   setpoint_queue queue = queue_at(7);
   for (int i = 0; i < 1000; ++i) {
@@ -236,6 +248,7 @@ int main(void) {
   RUN_TEST(test_a_second_set_point_waits_and_a_third_is_dropped);
   RUN_TEST(test_a_change_immediately_replaces_what_is_under_way_and_what_waits);
   RUN_TEST(test_relative_set_points_count_from_the_target_before_them);
+  RUN_TEST(test_a_relative_change_immediately_counts_from_what_is_under_way);
   RUN_TEST(test_a_thousand_relative_set_points_add_up_to_the_count);
   RUN_TEST(test_relative_set_points_without_end_stay_far_away_and_defined);
   RUN_TEST(test_60f2_chooses_what_relative_set_points_count_from);
