@@ -5,7 +5,7 @@
  * CRC-16/XMODEM. It does not handle CAN: the node passes the 8 bytes of each request, sends what `sdo_server_outgoing`
  * returns, and advances the time. A transfer that ends with an abort has changed nothing.
  *
- * Two clients on one channel (docs/decisions/0019): a request does not identify its sender, and both clients see each
+ * Two clients on one channel (decision 0019): a request does not identify its sender, and both clients see each
  * answer. So a transfer never passes from one client to the other: an initiate request ends the transfer in progress.
  * Another transfer of several requests begins only when the former client can have no request in transit
  * (SDO_QUIET_MS). A segment request without a transfer is answered with an abort meanwhile, which both clients see. */

@@ -5,7 +5,7 @@
  *     braking    62 % of the sure deceleration (2060:19), less where the objects limit the torque
  *
  * No ramp goes beyond it. So the overshoot of a loop has the distance between the end of a ramp and fault 8612
- * (docs/decisions/0021-travel-limits.md). Positions are in the units of 607D: 1e-7 rad. */
+ * (docs/decisions/travel.md). Positions are in the units of 607D: 1e-7 rad. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_TRAVEL_H
 #define TRACKSERVO_DRIVE_DRIVE_TRAVEL_H
 

@@ -13,7 +13,7 @@
 enum { FIRST_AXIS_INDEX = 0x2000, FIRST_SHARED_INDEX = 0x3000 };
 
 _Static_assert(FIRST_AXIS_INDEX + SERVO_AXES * AXIS_INDEX_SHIFT <= FIRST_SHARED_INDEX,
-               "a third axis has no room for its parameters: docs/decisions/0025-one-parameter-list.md");
+               "a third axis has no room for its parameters: docs/decisions/dictionary.md");
 
 /* --- what the bus tells ------------------------------------------------------------------------------------------ */
 

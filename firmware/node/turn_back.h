@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* At the end of its travel the azimuth turns back by one revolution and meets the target with the other joint angle
- * (docs/decisions/0044-cable-wrap.md).
+ * (docs/decisions/tracking.md).
  *
  *     begins     when the target is TURN_BACK_BEYOND_RAD outside of the travel and cable_wrap.h knows an angle that
  * lasts longer meanwhile  the camera's frames do not count; the target is taken to go on: round the tracker when it has

@@ -7,7 +7,7 @@
  * answer within 2 ms; a save by 0x1010 takes up to 140 ms. When a page is full, the other one is erased before the next
  * save. The page with the newest entry is never erased: after a power failure the flash has either the old settings or
  * the new ones. An entry that cannot be read at this start and may be newer is reported (`in_doubt`). The next save
- * then goes behind it, or erases it before the answer, which takes 22 ms (docs/decisions/0033). Requests (from the
+ * then goes behind it, or erases it before the answer, which takes 22 ms (decision 0033). Requests (from the
  * tick's thread) and their execution
  * (`bus_settings_log_step`, in the background) may interrupt each other. */
 #ifndef TRACKSERVO_PARAMETERS_BUS_SETTINGS_LOG_H

@@ -8,7 +8,7 @@
  * in double words, each programmed once, the commit mark last. A record is valid when mark, CRC and sequence are
  * correct; the one with the highest sequence is the newest. (Sequence numbers that wrap could not order three records.)
  *
- * A double word may be readable at one start and not, or with wrong bits, at another (docs/decisions/0033). So a page
+ * A double word may be readable at one start and not, or with wrong bits, at another (decision 0033). So a page
  * that is neither blank nor part of a complete record may be a record that is newer than those found, unless its place
  * shows that it is older. It is reported until the next save, which is answered when the record in doubt is erased, or
  * has a lower number for certain.

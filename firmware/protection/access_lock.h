@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lock of dangerous parameters: they can be written only through a channel that has opened it.
  *
- * CAN does not say who sent a frame, but the node has two SDO channels (docs/decisions/0019, 0032): a client opens the
+ * CAN does not say who sent a frame, but the node has two SDO channels (decisions 0019, 0032): a client opens the
  * lock for its own channel, for 60 s. The word is set by the owner. While none is set, the word is "open", which
  * everybody knows: the lock then prevents a typing error, a wrong script or a stray frame, and no intent. A wrong word
  * delays its channel only, each time twice as long. The node keeps a SipHash of the owner's word, with the serial

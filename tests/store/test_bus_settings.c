@@ -383,7 +383,7 @@ static void test_a_tpdo_that_is_off_stays_off_with_another_node_id(void) {
   TEST_ASSERT_EQUAL_HEX32(COB_ID_INVALID | (TPDO4 + STORED_ID), get(0x1803, 1));
 }
 
-/* 680h to 6AFh: docs/decisions/0043. The other half of the free range is for clients that borrow PDOs. */
+/* 680h to 6AFh: docs/decisions/canopen.md. The other half of the free range is for clients that borrow PDOs. */
 static void test_tpdo5_to_8_of_the_first_twelve_nodes_have_identifiers_of_their_own(void) {
   bool used[0x800] = {false};
   for (uint8_t id = 1; id <= 12; ++id) {

@@ -3,7 +3,7 @@
  *
  * Like the hardware: erased is FF, a double word is programmed once after an erase, and the remains of an interrupted
  * operation are one of flash_cut. A double word can be weak: at a start it reads right, as its other value, or as two
- * wrong bits that the ECC detects (unreadable). docs/decisions/0033 has the fault model. */
+ * wrong bits that the ECC detects (unreadable). docs/decisions/parameter-store.md has the fault model. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_FLASH_MODEL_H
 #define TRACKSERVO_TESTS_SUPPORT_FLASH_MODEL_H
 

@@ -14,7 +14,7 @@ _NO_REQUEST = 0x40000000
 _FREE_IDENTIFIERS = range(0x680, 0x6E0)
 """Free in CANopen's predefined set."""
 _BORROWED_IDENTIFIERS = range(0x6B0, 0x6E0)
-"""Those below are the defaults of TPDO5 to TPDO8 (docs/decisions/0043)."""
+"""Those below are the defaults of TPDO5 to TPDO8 (docs/decisions/canopen.md)."""
 _PER_NODE = 4
 _NODES = len(_BORROWED_IDENTIFIERS) // _PER_NODE
 _FIRST_FURTHER_TPDO = 0x1804
