@@ -284,7 +284,10 @@ static stop_moment moment_at(const stop_search *search, float time_s) {
 static stop_moment moment_now(const stop_search *search, const stopping_distance *stopping) {
   const ramp_plan *plan = search->plan;
   ramp_point at = start_of(search->ramp);
-  at.jerk_after_rad_s3 = plan->jerk_rad_s3[plan->duration_s[0] > 0.0f ? 0 : plan->duration_s[1] > 0.0f ? 1 : 2];
+  at.jerk_after_rad_s3 = 0.0f; /* at the plan's rate already */
+  for (int i = PIECES - 1; i >= 0; --i) {
+    at.jerk_after_rad_s3 = plan->duration_s[i] > 0.0f ? plan->jerk_rad_s3[i] : at.jerk_after_rad_s3;
+  }
   return moment_of(search, 0.0f, &at, stopping);
 }
 

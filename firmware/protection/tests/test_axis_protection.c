@@ -802,14 +802,15 @@ static void test_a_gyro_saturates_at_99_percent_of_its_range(void) {
   }
 }
 
-/* An axis at 1 rad/s whose gyro reads 99 % of its range from one tick to the next: the gyro is wrong, not the encoder. */
+/* An axis at 1 rad/s whose gyro reads 99 % of its range from one tick to the next: the gyro is wrong, not the encoder.
+ */
 static void test_a_gyro_at_the_end_of_its_range_does_not_disagree_with_the_encoder(void) {
   bench b = new_bench();
   b.rate_rad_s = b.in.reference_rad_s = 1.0f;
   run(&b, 50);
   fault_set found = 0;
   for (int tick = 0; tick < 100; ++tick) {
-    b.in.angle += turn32(1e-3);
+    b.in.angle += (angle_turn32)(int32_t)lrintf(1.0f * DT_S / ANGLE_RAD_PER_TURN32);
     b.in.gyro_rad_s = 7.95f;
     found |= axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S);
   }
