@@ -116,12 +116,14 @@ static void test_what_is_stored_is_there_after_a_loss_of_power(void) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   TEST_ASSERT_EQUAL(0, get(0x2070, 2));
+  TEST_ASSERT_EQUAL(0, get(0x2870, 2));
   restart();
   TEST_ASSERT_TRUE(has_one_of_each(7));
   TEST_ASSERT_EQUAL(PERSISTED_STORED, get(0x3031, 1));
   TEST_ASSERT_EQUAL(1, get(0x3031, 2));
   TEST_ASSERT_EQUAL(0, get(0x3031, 6) + get(0x3031, 7));
   TEST_ASSERT_EQUAL(0, get(0x2070, 2));
+  TEST_ASSERT_EQUAL(0, get(0x2870, 2));
   TEST_ASSERT_FALSE(lost_parameters_are_reported());
 }
 
@@ -225,6 +227,30 @@ static void test_a_failure_that_nobody_fetched_answers_no_other_group(void) {
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 2, SAVE));
   restart();
   TEST_ASSERT_EQUAL(57, get(0x1017, 0));
+}
+
+/* The client has given up. The failure waits 2 ms for it, for as long as two SDO channels may have turns, and permits
+ * the axes meanwhile; a save that is ordered later is a new one. */
+static void test_a_failure_that_nobody_fetched_answers_nobody_later(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 1, SAVE));
+  model.operations_left = 0;
+  while (node.storage.progress == PERSISTED_SAVING) {
+    servo_node_background(&node);
+    servo_node_tick(&node);
+    servo_node_serve(&node);
+  }
+  TEST_ASSERT_FALSE(persisted_storage_writes(&node.storage));
+  model.off = false;
+  model.operations_left = -1;
+  for (int ms = 0; ms < 2; ++ms) {
+    servo_node_tick(&node);
+    servo_node_serve(&node);
+  }
+  TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(7));
 }
 
 static void give_controlword(uint32_t word) {
@@ -335,7 +361,8 @@ static void test_a_flash_that_refuses_is_reported_and_changes_nothing(void) {
   node.cob_ids_collide = true; /* found in the set at the start: reported until a save succeeds */
   TEST_ASSERT_EQUAL_HEX32(OD_HARDWARE, command(0x1010, 1, SAVE));
   TEST_ASSERT_TRUE(node.cob_ids_collide);
-  TEST_ASSERT_EQUAL(2, get(0x2070, 2)); /* not stored */
+  TEST_ASSERT_EQUAL(2, get(0x2070, 2));                /* not stored */
+  TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 1, SAVE)); /* in the same ms: tried again, not answered by the failure */
   restart();
   TEST_ASSERT_TRUE(has_one_of_each(7));
 }
@@ -571,6 +598,23 @@ static void test_a_set_of_another_version_is_taken_by_index_and_sub_index(void) 
   TEST_ASSERT_EQUAL(PERSISTED_STORED, get(0x3031, 1));
 }
 
+/* COB-IDs that a set lacks are those of the node id under which it was saved, and follow it to another one. */
+static void test_what_a_set_lacks_has_the_defaults_of_its_own_node_id(void) {
+  static persisted_objects kept;
+  kept = node.storage.factory;
+  TEST_ASSERT_EQUAL(NODE_ID, kept.bus.node_id);
+  TEST_ASSERT_EQUAL_HEX32(0x80 + NODE_ID, kept.communication.emergency.cob_id);
+  const uint32_t u8 = 5; /* type */
+  const parameter_row rows[] = {{.id = 0x3050u << 16 | 1u << 8 | u8, .value = 9}};
+  persisted_rows_report report;
+  memset(&report, 0xFF, sizeof report); /* what was in its memory counts for nothing */
+  TEST_ASSERT_TRUE(persisted_objects_from_rows(&kept, rows, 1, &report));
+  TEST_ASSERT_EQUAL(9, kept.bus.node_id);
+  TEST_ASSERT_EQUAL_HEX32(0x80 + 9, kept.communication.emergency.cob_id);
+  TEST_ASSERT_EQUAL(0, report.dropped);
+  TEST_ASSERT_EQUAL(PERSISTED_COMMUNICATION, report.groups);
+}
+
 /* --- loss of power
  * --------------------------------------------------------------------------------------------------- */
 
@@ -692,6 +736,24 @@ static void test_the_owners_word_is_kept_by_1010_and_1011_and_nobody_reads_it(vo
   TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS, get(0x3031, 1));
 }
 
+/* A set of another version with the hash of the word in 3042:1 and :2, and nothing else. */
+static void test_a_word_that_another_version_has_stored_is_asked_for(void) {
+  (void)set_word(SHORT_WORD, OPEN);
+  TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS));
+  const uint64_t hash = persisted_storage_access_hash(&node.storage);
+  setUp();
+  TEST_ASSERT_EQUAL(0, get(ACCESS, HAS_WORD));
+  const uint32_t u32 = 7; /* type */
+  const parameter_row rows[] = {{.id = 0x3042u << 16 | 1u << 8 | u32, .value = (uint32_t)hash},
+                                {.id = 0x3042u << 16 | 2u << 8 | u32, .value = (uint32_t)(hash >> 32)}};
+  store_rows(rows, 2, node.storage.schema_hash + 1);
+  restart();
+  TEST_ASSERT_EQUAL(1, get(ACCESS, HAS_WORD));
+  TEST_ASSERT_EQUAL_HEX32(OD_BAD_VALUE, set_word(SHORT_WORD, OPEN));
+  wait_for_delay();
+  TEST_ASSERT_EQUAL(OD_OK, set_word(WORD, OWNERS));
+}
+
 static void test_a_word_is_removed_by_setting_none(void) {
   (void)set_word(SHORT_WORD, OPEN);
   TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS));
@@ -751,6 +813,7 @@ int main(void) {
   RUN_TEST(test_one_group_is_stored_without_the_other);
   RUN_TEST(test_a_group_whose_save_failed_is_not_stored_with_another_group);
   RUN_TEST(test_a_failure_that_nobody_fetched_answers_no_other_group);
+  RUN_TEST(test_a_failure_that_nobody_fetched_answers_nobody_later);
   RUN_TEST(test_an_axis_is_enabled_only_when_the_save_has_ended);
   RUN_TEST(test_pdo_mappings_are_stored);
   RUN_TEST(test_tpdo8_is_stored);
@@ -767,9 +830,11 @@ int main(void) {
   RUN_TEST(test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_reported);
   RUN_TEST(test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all);
   RUN_TEST(test_a_set_of_another_version_is_taken_by_index_and_sub_index);
+  RUN_TEST(test_what_a_set_lacks_has_the_defaults_of_its_own_node_id);
   RUN_TEST(test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_the_owners_word_is_set_behind_the_lock_and_survives_a_loss_of_power);
   RUN_TEST(test_the_owners_word_is_kept_by_1010_and_1011_and_nobody_reads_it);
+  RUN_TEST(test_a_word_that_another_version_has_stored_is_asked_for);
   RUN_TEST(test_a_word_is_removed_by_setting_none);
   RUN_TEST(test_a_lost_word_is_recovered_at_the_device);
   RUN_TEST(test_a_loss_of_power_while_a_word_is_set_leaves_the_old_or_the_new_one);

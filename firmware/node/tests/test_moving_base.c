@@ -116,6 +116,30 @@ static void test_what_is_added_changes_in_even_steps(void) {
   CHECK_AT_MOST("rad/s", 2.0 * 0.1 * 3.1416e-3, largest_rad_s); /* twice what the sine does in a ms */
 }
 
+/* 0.1 rad/s in 128 ms, from the first ms to the last one, as it comes and as it goes. */
+static void test_rates_that_are_switched_on_or_off_come_and_go_evenly(void) {
+  declare_that_the_base_moves(0);
+  declare_that_the_base_moves(PITCH);
+  enable(0, PV);
+  yaw_for(200, 0.1);
+  for (uint32_t use = 1; use < 2; --use) {
+    double last_rad_s = (double)node.board.app.axis[0].speed.carried_rad_s;
+    double largest_rad_s = 0.0;
+    SET(SETTING, USE, use);
+    for (unsigned ms = 0; ms < 200; ++ms) {
+      if (ms % EVERY_MS == 0) {
+        send_rates(0.0, 0.0, 0.1);
+      }
+      wait_ms(1);
+      const double now_rad_s = (double)node.board.app.axis[0].speed.carried_rad_s;
+      largest_rad_s = fmax(largest_rad_s, fabs(now_rad_s - last_rad_s));
+      last_rad_s = now_rad_s;
+    }
+    CHECK_NEAR("in the end, rad/s", use != 0 ? 0.1 : 0.0, last_rad_s, 1e-5);
+    CHECK_NEAR("largest step in a ms, rad/s", 0.1 / 128.0, largest_rad_s, 1e-5);
+  }
+}
+
 static void test_when_messages_end_the_axis_comes_to_rest(void) {
   declare_that_the_base_moves(0);
   declare_that_the_base_moves(PITCH);
@@ -305,6 +329,7 @@ int main(void) {
   RUN_TEST(test_as_delivered_messages_are_counted_and_move_nothing);
   RUN_TEST(test_an_axis_without_a_gyro_turns_against_the_base);
   RUN_TEST(test_what_is_added_changes_in_even_steps);
+  RUN_TEST(test_rates_that_are_switched_on_or_off_come_and_go_evenly);
   RUN_TEST(test_when_messages_end_the_axis_comes_to_rest);
   RUN_TEST(test_an_axis_whose_base_is_declared_fixed_uses_no_rates);
   RUN_TEST(test_messages_that_do_not_count_are_counted_with_a_reason);

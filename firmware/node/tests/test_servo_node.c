@@ -112,6 +112,7 @@ static void test_cyclic_positions_move_the_axis_and_hold_it_while_they_come(void
     wait_ms(9);
     TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, node.axis[0].objects.state.statusword & STATE_MASK);
     TEST_ASSERT_TRUE(i < 5 || (node.axis[0].objects.state.statusword & 1u << 12) != 0); /* follows */
+    CHECK_NEAR("error for the search for oscillations, rad/s", 0.0, node.axis[0].monitor.swings.last_error_rad_s, 0.05);
   }
   CHECK_NEAR("rad", 99 * 5e-4, machine.axis[0].turns * 6.283185307, 1e-5);
   wait_ms(500);
@@ -822,6 +823,13 @@ static void test_the_recorded_tick_is_one_tick(void) {
   wait_ms(10);
   TEST_ASSERT_EQUAL(number + 11, get(0x2101, 1) & 0xFFFF);
   TEST_ASSERT_EQUAL_HEX32(node.board.samples.axis[0].sensors.joint_angle_turn32, get(0x2101, 4));
+  machine.axis[0].friction_nm = 0.0;
+  for (int i = 0; i < 50; ++i) { /* in 0.5 s 2 Nm turn 6 kg m^2 by 42 mrad */
+    SET(0x6071, 0, 50);
+    wait_ms(9);
+  }
+  CHECK_NEAR("joint angle, turns", machine.axis[0].turns, get(0x2101, 4) / 4294967296.0, 1e-4);
+  CHECK_NEAR("turns", 0.042 / 6.283185307, machine.axis[0].turns, 2e-4);
   machine.axis[0].gyro_missing = true;
   wait_ms(2);
   TEST_ASSERT_TRUE(isnan(get_float(0x2101, 6)));
@@ -930,7 +938,13 @@ static void test_an_axis_is_remote_unless_the_node_is_stopped(void) {
 /* The machine has no friction: at a constant rate the loop takes back what is fed forward for it. */
 static void test_the_search_for_oscillations_knows_what_the_loop_itself_gives(void) {
   SET(0x6007, 0, 0); /* the master may be silent */
-  turn_azimuth_at_0_2_rad_s();
+  enable(0, PV);
+  SET(0x60FF, 0, 200000);
+  wait_ms(120); /* while it still speeds up, with 6 kg m^2 */
+  const servo_axis *servo = &node.board.app.axis[0];
+  CHECK_AT_LEAST("to speed up, Nm", 2.0, servo->signals.torque.acceleration_nm);
+  CHECK_NEAR("all but friction, Nm", -(double)servo->signals.torque.friction_nm,
+             node.axis[0].monitor.swings.last_feedback_nm, 0.7);
   wait_ms(2000);
   const float fed_nm = node.board.app.axis[0].signals.torque.friction_nm;
   CHECK_AT_LEAST("fed forward, Nm", 1.0, fed_nm);
@@ -948,6 +962,7 @@ static void test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscill
   } rows[] = {{0, false, 0.0f}, {0, false, 0.0025f}, {0, true, 0.0f}, {1, false, 0.0f}, {2, false, 0.0f}};
   for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
     node_bench_start();
+    SET(0x6007, 0, 0);
     SET(0x2050, 1, rows[i].source);
     SET(0x2070, 1, 1);
     machine.axis[0].gyro_missing = rows[i].gyro_missing;
@@ -960,7 +975,50 @@ static void test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscill
     wait_ms(900);
     CHECK_NEAR("rad/s", -0.1, machine.axis[0].rate_rad_s, 0.002);
     CHECK_NEAR("rad/s", 0.0, node.axis[0].monitor.swings.last_error_rad_s, 0.002);
+    machine.axis[0].gyro_error_rad_s += 0.02f; /* the base begins to turn: the gyro alone holds the inertial rate */
+    wait_ms(300);
+    if (rows[i].source == 1) {
+      TEST_ASSERT_EQUAL_MESSAGE(1, node.board.app.params.axis[0].speed.rate_fusion.source, "gains taken back");
+      CHECK_NEAR("rad/s", -0.12, machine.axis[0].rate_rad_s, 0.002);
+      CHECK_NEAR("rad/s", 0.0, node.axis[0].monitor.swings.last_error_rad_s, 0.002);
+    }
   }
+}
+
+/* Pushed to and fro by its master in cst, with 80 % of the motor's torque for 4 ms each: no loop of the axis does it.
+ */
+static void test_the_torque_that_a_master_alternates_is_no_oscillation(void) {
+  enable(0, CST);
+  for (int i = 0; i < 100; ++i) {
+    SET(0x6071, 0, (uint32_t)(i % 2 == 0 ? 800 : -800));
+    wait_ms(3);
+    CHECK_NEAR("Nm", i % 2 == 0 ? 32.0 : -32.0, node.board.app.axis[0].commanded_nm, 0.1);
+  }
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  TEST_ASSERT_EQUAL_HEX32(0, get(0x603F, 0));
+}
+
+/* 1010 and 1011, while an axis without torque and without friction turns on, and 2 s after it has come to rest. */
+static void test_nothing_is_stored_while_an_axis_turns_without_torque(void) {
+  turn_azimuth_at_0_2_rad_s();
+  command(0, 0);
+  TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
+  CHECK_NEAR("rad/s", 0.2, machine.axis[0].rate_rad_s, 0.002);
+  TEST_ASSERT_EQUAL_HEX32(OD_DEVICE_STATE, set(0x1010, 1, 0x65766173));
+  TEST_ASSERT_EQUAL_HEX32(OD_DEVICE_STATE, set(0x1011, 1, 0x64616F6C));
+  machine.axis[0].rate_rad_s = 0.0;
+  wait_ms(2000);
+  SET(0x1010, 1, 0x65766173);
+}
+
+/* 3061:1. */
+static void test_what_the_board_says_of_itself_is_on_the_bus(void) {
+  machine.status = HAL_STATUS_STO_A | HAL_STATUS_BRAKE_PITCH;
+  wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX32(HAL_STATUS_STO_A | HAL_STATUS_BRAKE_PITCH, get(0x3061, 1));
+  machine.status = HAL_STATUS_STO_A | HAL_STATUS_STO_B;
+  wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX32(HAL_STATUS_STO_A | HAL_STATUS_STO_B, get(0x3061, 1));
 }
 
 int main(void) {
@@ -1023,5 +1081,8 @@ int main(void) {
   RUN_TEST(test_an_axis_is_remote_unless_the_node_is_stopped);
   RUN_TEST(test_the_search_for_oscillations_knows_what_the_loop_itself_gives);
   RUN_TEST(test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscillations);
+  RUN_TEST(test_the_torque_that_a_master_alternates_is_no_oscillation);
+  RUN_TEST(test_nothing_is_stored_while_an_axis_turns_without_torque);
+  RUN_TEST(test_what_the_board_says_of_itself_is_on_the_bus);
   return UNITY_END();
 }

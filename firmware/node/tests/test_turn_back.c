@@ -79,6 +79,14 @@ static void test_it_begins_a_milliradian_outside_of_the_travel(void) {
   }
 }
 
+/* The ticks wrap after 49.7 days, here between the two marks that give the target's rate. */
+static void test_it_begins_as_early_when_the_ticks_wrap(void) {
+  tick = UINT32_MAX - TURN_BACK_MARK_TICKS / 2;
+  const double end_rad = follow(true, 4.0 - 0.2e-3 * 1.5 * TURN_BACK_MARK_TICKS, 0.2, 3000);
+  TEST_ASSERT_TRUE(turn.running);
+  CHECK_NEAR("rad", 4.001, end_rad, 3e-4);
+}
+
 static void test_it_does_not_begin_where_nothing_is_gained(void) {
   static const struct {
     const char *what;
@@ -201,6 +209,7 @@ static void test_a_turn_ends_when_it_is_no_longer_allowed_and_a_lost_target_is_f
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_it_begins_a_milliradian_outside_of_the_travel);
+  RUN_TEST(test_it_begins_as_early_when_the_ticks_wrap);
   RUN_TEST(test_it_does_not_begin_where_nothing_is_gained);
   RUN_TEST(test_without_another_angle_within_the_travel_it_stays);
   RUN_TEST(test_after_half_a_turn_the_target_is_taken_to_go_round);
