@@ -187,11 +187,24 @@ static fault_set keep_within(axis_monitor *monitor, const drive_axis *drive) {
          bit_if(found & ENVELOPE_BRAKING_FAILS, FAULT_BRAKING_FAILS);
 }
 
+/* Of a gyro at the end of its range the encoder need not be doubted: the axis cannot have got there in the 5 ticks of
+ * their comparison. */
+static __attribute__((noinline)) void weigh_found(axis_monitor *monitor) {
+  monitor->jumped = monitor->jumped || (monitor->found & fault_bit(FAULT_ENCODER_JUMP)) != 0;
+  if ((monitor->found & fault_bit(FAULT_GYRO_SATURATED)) != 0) {
+    monitor->found &= ~fault_bit(FAULT_SENSORS_DISAGREE);
+    monitor->state.disagree_ticks = 0;
+    monitor->state.difference_rad_s = 0.0f;
+  }
+}
+
 fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, const drive_axis *drive) {
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
   look(&monitor->seen, board, axis, drive->position);
   monitor->found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
-  monitor->jumped = monitor->jumped || (monitor->found & fault_bit(FAULT_ENCODER_JUMP)) != 0;
+  if (monitor->found != FAULT_NONE) {
+    weigh_found(monitor);
+  }
   return monitor->judged | without_current(monitor, monitor->found) | keep_within(monitor, drive);
 }
 

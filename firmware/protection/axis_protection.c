@@ -141,24 +141,22 @@ static fault_set compare_sensors(axis_protection *p, const protection_limits *li
   return bit_if(disagrees, FAULT_SENSORS_DISAGREE) | bit_if(encoder == ENCODER_ERRATIC, FAULT_ENCODER_ERRATIC);
 }
 
-/* A rate that is NaN counts as missing. One at the end of the range is not compared: the axis cannot have got there in
- * the 5 ticks of a comparison, so the gyro is wrong and the encoder is not. */
+/* A rate that is NaN counts as missing. */
 static fault_set monitor_gyro(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
                               float joint_rate_rad_s, float dt_s) {
   const bool known = in->gyro_valid && scalar_within(in->gyro_rad_s, 1e6f);
-  const bool returns = p->gyro_missing_ticks > 0 || p->saturated_ticks > 0; /* the last rate is older than a tick */
+  const bool returns = p->gyro_missing_ticks > 0; /* the last rate is older than a tick */
   const bool missing = seen_for(&p->gyro_missing_ticks, !known, GYRO_MISSING_TICKS);
   if (!known) {
     return bit_if(missing && in->gyro_used, FAULT_GYRO_LOST);
   }
-  const bool beyond = !scalar_within(in->gyro_rad_s, 0.99f * limits->gyro_range_rad_s);
-  const bool saturated = seen_for(&p->saturated_ticks, beyond, SATURATED_TICKS);
+  const bool saturated =
+      seen_for(&p->saturated_ticks, !scalar_within(in->gyro_rad_s, 0.99f * limits->gyro_range_rad_s), SATURATED_TICKS);
   const bool same = limits->stuck_s > 0.0f && in->gyro_rad_s == p->last_gyro_rad_s;
   const bool stuck = lasts(&p->same_gyro_s, same, limits->stuck_s, dt_s);
   const float outlier_rad = returns ? 0.0f : limits->encoder_outlier_rad;
   const float inertial_rad_s = in->gyro_gain * in->gyro_rad_s + in->gyro_of_joint * joint_rate_rad_s;
-  const fault_set compared =
-      beyond ? 0 : compare_sensors(p, limits, outlier_rad, inertial_rad_s, joint_rate_rad_s, dt_s);
+  const fault_set compared = compare_sensors(p, limits, outlier_rad, inertial_rad_s, joint_rate_rad_s, dt_s);
   p->last_gyro_rad_s = in->gyro_rad_s;
   p->last_inertial_rad_s = inertial_rad_s;
   return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) | compared;

@@ -14,7 +14,7 @@ enum {
 #define LONGER_STEP 1.25f
 #define FAR_TICKS 3.0f
 
-void camera_delay_reset(camera_delay *self) { *self = (camera_delay){0}; }
+void camera_delay_reset(camera_delay *self) { *self = (camera_delay){.ticks_since = TARGET_TRACKER_HISTORY - 1}; }
 
 static int clamp(int value, int low, int high) {
   if (value < low) {

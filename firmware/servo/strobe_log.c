@@ -18,16 +18,17 @@ uint32_t strobe_log_newest_us(const strobe_log *self) {
 }
 
 /* The number of edges within the window, and one of them. The newest come first, so all after the first that is too old
- * are. */
-static uint32_t count_in_window(const strobe_log *self, const strobe_params *params, uint32_t now_us, uint32_t *number,
+ * are, and stay so: also when the clock has gone round. */
+static uint32_t count_in_window(strobe_log *self, const strobe_params *params, uint32_t now_us, uint32_t *number,
                                 uint32_t *age_us) {
   const int32_t youngest_us = (int32_t)params->youngest * US_PER_TIME;
   const int32_t oldest_us = (int32_t)params->oldest * US_PER_TIME;
   uint32_t found = 0;
-  for (uint32_t back = 1; back <= STROBE_LOG_EDGES && back <= self->edges; ++back) {
+  for (uint32_t back = 1; back <= STROBE_LOG_EDGES && back <= self->edges - self->past; ++back) {
     const uint32_t edge = self->edges - back;
     const int32_t age = (int32_t)(now_us - self->at_us[edge % STROBE_LOG_EDGES] - params->half_exposure_us);
     if (age > oldest_us) {
+      self->past = edge + 1u;
       break;
     }
     if (age >= youngest_us) {

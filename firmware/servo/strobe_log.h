@@ -42,6 +42,7 @@ typedef struct {
 typedef struct {
   uint32_t at_us[STROBE_LOG_EDGES]; /* machine's clock; edge n is at n modulo STROBE_LOG_EDGES */
   uint32_t edges;                   /* so far */
+  uint32_t past;                    /* of them, so many are too old for any later frame */
   uint32_t floods;                  /* ms with more edges than any camera has: they were dropped */
   bool heard;                       /* a frame has come */
   uint8_t last_counter;             /* of the last frame */

@@ -54,7 +54,11 @@ struct Outcome {
 class Ride {
  public:
   Ride(const sim::NodeSetup& setup, int axis, std::uint64_t seed, double start_rad, bool brakes = true)
-      : setup_(setup), axis_(axis), i_(static_cast<std::size_t>(axis)), node_(setup, seed, start_of(axis, start_rad)) {
+      : setup_(setup),
+        axis_(axis),
+        i_(static_cast<std::size_t>(axis)),
+        brakes_(brakes),
+        node_(setup, seed, start_of(axis, start_rad)) {
     if (brakes) {
       node_.machine().fit_holding_brakes();
     }
@@ -146,7 +150,13 @@ class Ride {
 
   double room() { return static_cast<double>(setup_.limits[i_].maximum_rad) - angle(); }
 
+  // Wind may turn an axis that has come to rest without torque and has no holding brake (docs/safety.md): not counted.
   void note(int tick, int ticks) {
+    const bool off = node_.axis(axis_).drive.state.action == DRIVE_OFF;
+    rested_ = rested_ || (!brakes_ && off && std::abs(rate()) < 1.0 * kDeg);
+    if (rested_) {
+      return;
+    }
     const double end_stop_rad = setup_.plant.axis[i_].end_stops->upper_rad;
     outcome_.beyond_rad = std::max(outcome_.beyond_rad, -room());
     outcome_.peak_rad_s = std::max(outcome_.peak_rad_s, std::abs(rate()));
@@ -164,6 +174,8 @@ class Ride {
   const sim::NodeSetup& setup_;
   int axis_;
   std::size_t i_;
+  bool brakes_;
+  bool rested_ = false;
   sim::DrivenNode node_;
   std::optional<std::int64_t> target_ = kFast;
   std::optional<std::int64_t> torque_;
@@ -317,7 +329,7 @@ void test_no_write_at_full_speed_near_the_end_reaches_the_end_stop(void) {
           if (seed <= 2) {
             std::printf("%s\n", text.c_str());
           }
-          TEST_ASSERT_TRUE_MESSAGE(ride.speed_before() > 0.9, text.c_str());
+          TEST_ASSERT_TRUE_MESSAGE(ride.speed_before() > 0.85, text.c_str());
           TEST_ASSERT_TRUE_MESSAGE(o.contact_rad_s == 0.0, text.c_str());
           TEST_ASSERT_TRUE_MESSAGE(o.peak_rad_s < 1.55, text.c_str());
           TEST_ASSERT_TRUE_MESSAGE(attack.holds || o.fault != FAULT_NONE, text.c_str());
@@ -334,6 +346,7 @@ void test_no_write_at_full_speed_near_the_end_reaches_the_end_stop(void) {
 struct Defect {
   const char *name;
   void (*begin)(Ride&);
+  fault_id fault;
   double contact_deg_s;  // at most, of an axis without a holding brake
 };
 
@@ -341,20 +354,19 @@ struct Defect {
 // wrong, the motor is shorted, and brakes as strongly as its speed: too little so near the end.
 void test_a_defect_at_full_speed_near_the_end_has_a_stated_contact(void) {
   const Defect defects[] = {
-      {"gyro saturated", [](Ride& r) { r.broken().gyro_reads_rad_s = 5.3; }, 0.0},
-      {"gyro stuck", [](Ride& r) { r.broken().gyro_stuck = true; }, 60.0},
-      {"gyro lost", [](Ride& r) { r.broken().gyro_lost = true; }, 0.0},
-      {"encoder lost", [](Ride& r) { r.broken().encoder_lost = true; }, 60.0},
-      {"encoder stuck", [](Ride& r) { r.broken().encoder_stuck = true; }, 60.0},
-      {"bus reads 10 V", [](Ride& r) { r.node().machine().broken().bus_reads_v = 10.0; }, 60.0},
-      {"set damaged", [](Ride& r) { r.gains_off(); }, 60.0},
+      {"gyro saturated", [](Ride& r) { r.broken().gyro_reads_rad_s = 10.0; }, FAULT_GYRO_SATURATED, 0.0},
+      {"gyro stuck", [](Ride& r) { r.broken().gyro_stuck = true; }, FAULT_SENSORS_DISAGREE, 45.0},
+      {"gyro lost", [](Ride& r) { r.broken().gyro_lost = true; }, FAULT_GYRO_LOST, 0.0},
+      {"encoder lost", [](Ride& r) { r.broken().encoder_lost = true; }, FAULT_ENCODER_LOST, 45.0},
+      {"encoder stuck", [](Ride& r) { r.broken().encoder_stuck = true; }, FAULT_ENCODER_JUMP, 45.0},
+      {"bus reads 10 V", [](Ride& r) { r.node().machine().broken().bus_reads_v = 10.0; }, FAULT_UNDER_VOLTAGE, 45.0},
+      {"set damaged", [](Ride& r) { r.gains_off(); }, FAULT_ACTIVE_SET, 45.0},
   };
   const sim::NodeSetup setup = narrow_setup();
   for (const Defect& defect : defects) {
     for (const bool brakes : {true, false}) {
       for (const int axis : {sim::kAzimuth, sim::kPitch}) {
         double contact_deg_s = 0.0;
-        fault_id fault = FAULT_NONE;
         for (int seed = 1; seed <= by_size(1, 3, 20); ++seed) {
           const protection_limits& travel = setup.limits[static_cast<std::size_t>(axis)];
           const double start_rad =
@@ -363,12 +375,10 @@ void test_a_defect_at_full_speed_near_the_end_has_a_stated_contact(void) {
           ride.approach(kProfileVelocity, 0.18);
           const Outcome o = ride.attack([&defect](Ride& r) { defect.begin(r); }, 4.0);
           contact_deg_s = std::max(contact_deg_s, o.contact_rad_s / kDeg);
-          fault = o.fault;
-          TEST_ASSERT_TRUE_MESSAGE(o.fault != FAULT_NONE, defect.name);
+          TEST_ASSERT_EQUAL_MESSAGE(defect.fault, o.fault, defect.name);
         }
-        std::printf("%-16s %-8s, %-7s holding brake: contact at %4.1f deg/s, fault %d\n", defect.name,
-                    axis == sim::kAzimuth ? "azimuth" : "pitch", brakes ? "with" : "without", contact_deg_s,
-                    static_cast<int>(fault));
+        std::printf("%-16s %-8s, %-7s holding brake: contact at %4.1f deg/s\n", defect.name,
+                    axis == sim::kAzimuth ? "azimuth" : "pitch", brakes ? "with" : "without", contact_deg_s);
         TEST_ASSERT_TRUE_MESSAGE(contact_deg_s <= (brakes ? 0.0 : defect.contact_deg_s), defect.name);
       }
     }

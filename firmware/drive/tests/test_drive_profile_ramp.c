@@ -370,7 +370,7 @@ static void test_a_stop_ends_at_the_target_from_the_tick_in_which_it_begins(void
 /* Moves of some ticks, in which several pieces meet within one: the search for the time has corners there. */
 static void test_short_moves_of_short_pieces_stop_in_time(void) {
   random_source random = {.state = 11};
-  const int trials = 2000; /* also in a short test: fewer could not tell 0.6 % from 0.8 % */
+  const int trials = 2000; /* also in a short test: fewer could not tell 0.7 % from 1.2 % */
   int wrong = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const double acceleration = random_decades(&random, 0.1, 4.0);
@@ -380,7 +380,7 @@ static void test_short_moves_of_short_pieces_stop_in_time(void) {
         limits_of(rate, acceleration, random_decades(&random, 0.1, 4.0), random_decades(&random, 1500.0, 4300.0));
     wrong += stops_at_the_wrong_time(&limits, trial % 2 == 0 ? distance : -distance) ? 1 : 0;
   }
-  CHECK_AT_MOST("share of stops at the wrong time", 0.008, (double)wrong / trials);
+  CHECK_AT_MOST("share of stops at the wrong time", 0.01, (double)wrong / trials);
 }
 
 /* At v = a^2 / 2j the jerk alone ends the stop: after a / j, and a^3 / 6j^2. */

@@ -768,10 +768,41 @@ static void test_each_tick_of_a_board_takes_new_samples(void) {
   machine.bus_voltage_v = 47.0f;
   machine.axis[1].turns = 1.0 / 65536.0;
   atomic_store(&board.motor[0].tick_voltage_v, 3.0f);
+  atomic_store(&board.motor[1].limited, true);
   servo_board_tick(&board);
   CHECK_SAME("V", 47.0, board.samples.bus_voltage_v);
   TEST_ASSERT_EQUAL_HEX32(0x10000, board.samples.axis[1].sensors.joint_angle_turn32);
   CHECK_SAME("V", 3.0, board.samples.axis[0].tick_voltage_v);
+  TEST_ASSERT_FALSE(board.samples.axis[0].motor_limited);
+  TEST_ASSERT_TRUE(board.samples.axis[1].motor_limited); /* the bus could not give what its loop wanted */
+}
+
+static unsigned duties_set;
+
+static void note_duty(void *of, int axis, float duty) {
+  (void)of;
+  (void)duty;
+  TEST_ASSERT_TRUE(axis >= 0 && axis < SERVO_AXES);
+  duties_set += 1u << 8 * axis;
+}
+
+static float no_current_a(void *of, int axis) {
+  (void)of;
+  TEST_ASSERT_TRUE(axis >= 0 && axis < SERVO_AXES);
+  return 0.0f;
+}
+
+/* And asks the machine for no axis that it does not have. */
+static void test_a_pwm_period_sets_the_duty_of_each_axis_once(void) {
+  static servo_board board;
+  const servo_params params = node.board.app.params;
+  hal functions = machine.functions;
+  functions.set_duty = note_duty;
+  functions.current_a = no_current_a;
+  CHECK_STATUS(CONTROL_OK, servo_board_start(&board, &functions, &params));
+  duties_set = 0;
+  servo_board_pwm_period(&board, 1);
+  TEST_ASSERT_EQUAL_HEX32(0x0101, duties_set);
 }
 
 static void test_a_board_with_wrong_parameters_of_either_axis_does_not_start(void) {
@@ -1070,6 +1101,7 @@ int main(void) {
   RUN_TEST(test_a_board_that_starts_sets_every_duty_to_0);
   RUN_TEST(test_a_board_starts_off_at_its_angles_whatever_was_in_its_memory);
   RUN_TEST(test_each_tick_of_a_board_takes_new_samples);
+  RUN_TEST(test_a_pwm_period_sets_the_duty_of_each_axis_once);
   RUN_TEST(test_a_board_with_wrong_parameters_of_either_axis_does_not_start);
   RUN_TEST(test_gains_that_do_not_fit_together_are_refused_with_the_reason);
   RUN_TEST(test_filters_that_are_set_are_in_force);

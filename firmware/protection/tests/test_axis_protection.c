@@ -802,21 +802,6 @@ static void test_a_gyro_saturates_at_99_percent_of_its_range(void) {
   }
 }
 
-/* An axis at 1 rad/s whose gyro reads 99 % of its range from one tick to the next: the gyro is wrong, not the encoder.
- */
-static void test_a_gyro_at_the_end_of_its_range_does_not_disagree_with_the_encoder(void) {
-  bench b = new_bench();
-  b.rate_rad_s = b.in.reference_rad_s = 1.0f;
-  run(&b, 50);
-  fault_set found = 0;
-  for (int tick = 0; tick < 50; ++tick) {
-    b.in.angle += (angle_turn32)(int32_t)lrintf(1.0f * DT_S / ANGLE_RAD_PER_TURN32);
-    b.in.gyro_rad_s = 7.95f;
-    found |= axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S);
-  }
-  TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_GYRO_SATURATED), found);
-}
-
 /* Its last reading is of the tick before the first of the 100. */
 static void test_a_gyro_is_stuck_after_its_time_and_one_other_reading_begins_it_anew(void) {
   bench b = new_bench();
@@ -1037,7 +1022,6 @@ int main(void) {
   RUN_TEST(test_an_angle_may_jump_by_its_limit_but_not_further);
   RUN_TEST(test_an_axis_may_turn_at_its_limit_but_not_faster);
   RUN_TEST(test_a_gyro_saturates_at_99_percent_of_its_range);
-  RUN_TEST(test_a_gyro_at_the_end_of_its_range_does_not_disagree_with_the_encoder);
   RUN_TEST(test_a_gyro_is_stuck_after_its_time_and_one_other_reading_begins_it_anew);
   RUN_TEST(test_a_gyro_rate_that_is_no_number_is_a_missing_one);
   RUN_TEST(test_an_axis_that_creeps_does_not_stall);

@@ -187,6 +187,66 @@ static void test_a_gap_between_the_frames_begins_the_predictors_anew(void) {
   CHECK_NEAR("frames so far", (double)weight, delay.estimator.weight, 1.0);
 }
 
+/* Frames in this ms of tracking, and 20 ms later. */
+static void show_two_frames_from(int tracked_ms) {
+  world.frame_ms = 100000;
+  run_for(tracked_ms - 1, true);
+  for (int i = 0; i < 2; ++i) {
+    world.frame_ms = 1;
+    run_for(1, true);
+    world.frame_ms = 100000;
+    run_for(19, true);
+  }
+}
+
+/* The motion is known up to the oldest exposure after 128 ms of tracking: frames up to then do not count. What the line
+ * of sight has moved up to the first one that counts is not known; from there to the second one it is 20 ms. */
+static void test_after_a_pause_the_motion_must_be_known_for_as_long_as_it_is_remembered(void) {
+  static const struct {
+    int first_ms;
+    double running_s;
+  } rows[] = {{64, 0.0}, {TARGET_TRACKER_HISTORY, 0.0}, {TARGET_TRACKER_HISTORY + 1, 0.02}, {150, 0.02}};
+  for (unsigned i = 0; i < sizeof rows / sizeof *rows; ++i) {
+    setUp();
+    run_for(1000, true);
+    CHECK_AT_LEAST("s", 0.5, delay.estimator.running_s);
+    run_for(1, false);
+    show_two_frames_from(rows[i].first_ms);
+    CHECK_NEAR("s", rows[i].running_s, delay.estimator.running_s, 1e-6);
+  }
+}
+
+/* The line of sight stands, but for 60 urad in the ms that begins `moves_ms` after the exposure. */
+static delay_sample sample_of_one_move(int age_ms, int moves_ms) {
+  enum { EXPOSED_MS = 300 };
+  setUp();
+  for (int ms = 0; ms <= EXPOSED_MS + age_ms; ++ms) {
+    pointing_frame frame = {0};
+    if (ms == EXPOSED_MS + age_ms) {
+      frame = (pointing_frame){.fresh = true, .valid = true, .age_ticks = age_ms};
+    }
+    const line_of_sight_rates los = {.rad_s = {ms - 2 == EXPOSED_MS + moves_ms ? 0.06f : 0.0f, 0.0f}};
+    camera_delay_notice(&delay, &frame);
+    (void)pointing_tracker_step(&tracker, &kTracker, &frame, &los, (rotation){.sine = 0.0f, .cosine = 1.0f}, kTick_s);
+    camera_delay_step(&delay, &params, &tracker, 1e-6f, true, kTick_s);
+  }
+  return delay.sample;
+}
+
+/* The mean from 3 ms before the instant that is taken for the exposure to 3 ms after it. */
+static void test_the_rate_at_the_exposure_is_that_of_6_ms(void) {
+  static const int ages_ms[] = {0, 28, TARGET_TRACKER_HISTORY - 1};
+  static const int earlier_ms[] = {4, 0, -2}; /* where the history ends */
+  for (int i = 0; i < 3; ++i) {
+    for (int moves_ms = -12; moves_ms < 12 && moves_ms <= ages_ms[i] - 2; ++moves_ms) {
+      const delay_sample sample = sample_of_one_move(ages_ms[i], moves_ms);
+      const int from_there_ms = moves_ms + earlier_ms[i];
+      CHECK_NEAR("s earlier", 1e-3 * earlier_ms[i], sample.assumed_s, 1e-7);
+      CHECK_NEAR("rad/s", from_there_ms >= -3 && from_there_ms < 3 ? 0.01 : 0.0, sample.rate_rad_s.x, 1e-6);
+    }
+  }
+}
+
 /* At both ends of the history the motion is taken a few ms beside the exposure, and this is taken into account. */
 static void test_ages_at_both_ends_of_the_history(void) {
   static const int ages_ms[] = {0, 2, 5, 120, TARGET_TRACKER_HISTORY - 1};
@@ -246,6 +306,7 @@ static void test_the_first_dither_runs_until_the_delay_is_known(void) {
   params.first_dither_rad = 2e-6f;
   TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(1000, false));
   CHECK_NEAR("rad/s", 2e-6 * 2.0 * 3.14159265 * 5.0, largest_rate_of_first_dither(1000, true), 1e-7);
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(1000, false));
   run_for(90000, true);
   CHECK_AT_MOST("s", CAMERA_DELAY_WELL_KNOWN_S, delay.found.half_width_s);
   TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(1000, true));
@@ -259,6 +320,17 @@ static void test_the_first_dither_ends_without_a_result_as_well(void) {
   CHECK_AT_LEAST("rad/s", 1e-5, largest_rate_of_first_dither(29000, true));
   (void)largest_rate_of_first_dither(1500, true);
   TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(10000, true));
+}
+
+/* In quarters of a second, which add up without rounding. */
+static void test_the_first_dither_lasts_30_s_in_all(void) {
+  params.first_dither_rad = 2e-6f;
+  world.found = false;
+  run_for(200, true);
+  for (int i = 0; i < 130; ++i) {
+    (void)camera_delay_dither(&delay, &params, false, 0.25f);
+  }
+  CHECK_SAME("s", 30.0, delay.first_dither_s);
 }
 
 static void test_without_an_amplitude_there_is_no_first_dither(void) {
@@ -277,11 +349,14 @@ int main(void) {
   RUN_TEST(test_any_rate_of_frames);
   RUN_TEST(test_frames_that_are_rare_change_nothing);
   RUN_TEST(test_a_gap_between_the_frames_begins_the_predictors_anew);
+  RUN_TEST(test_after_a_pause_the_motion_must_be_known_for_as_long_as_it_is_remembered);
+  RUN_TEST(test_the_rate_at_the_exposure_is_that_of_6_ms);
   RUN_TEST(test_ages_at_both_ends_of_the_history);
   RUN_TEST(test_no_more_than_50_ms_are_corrected);
   RUN_TEST(test_the_dither_is_a_sine_of_the_elevation);
   RUN_TEST(test_the_first_dither_runs_until_the_delay_is_known);
   RUN_TEST(test_the_first_dither_ends_without_a_result_as_well);
+  RUN_TEST(test_the_first_dither_lasts_30_s_in_all);
   RUN_TEST(test_without_an_amplitude_there_is_no_first_dither);
   return UNITY_END();
 }

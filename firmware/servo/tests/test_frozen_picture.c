@@ -99,6 +99,17 @@ static void test_a_place_that_jitters_is_frozen_too(void) {
   }
 }
 
+/* The first picture shows the target exactly at the centre, the next one 2 counts off: the same place. The third one, 4
+ * counts off, is another place, which stays: two windows of 260 ms from 40 ms on. */
+static void test_a_first_picture_at_the_centre_is_a_place_as_well(void) {
+  unsigned frozen_at = 0;
+  for (unsigned tick = 0; tick < 2000 && frozen_at == 0; tick += FRAME_TICKS) {
+    const double off = fmin(2.0 * tick / FRAME_TICKS, 4.0);
+    frozen_at = give(off, 0.5 * 0.1 * 1e-6 * tick * tick, 0.0, tick) ? tick : 0;
+  }
+  TEST_ASSERT_EQUAL(40 + 2 * 260 + FRAME_TICKS, frozen_at);
+}
+
 /* The other axis follows a target that moves in the picture. */
 static void test_each_axis_is_judged_for_itself(void) {
   for (int axis = 0; axis < 2; ++axis) {
@@ -211,6 +222,7 @@ int main(void) {
   RUN_TEST(test_the_motion_of_the_line_of_sight_counts);
   RUN_TEST(test_another_place_ends_it);
   RUN_TEST(test_a_place_that_jitters_is_frozen_too);
+  RUN_TEST(test_a_first_picture_at_the_centre_is_a_place_as_well);
   RUN_TEST(test_each_axis_is_judged_for_itself);
   RUN_TEST(test_gaps_do_not_end_it);
   RUN_TEST(test_a_pass_at_a_constant_rate_near_the_zenith_is_a_target);

@@ -57,22 +57,19 @@ static void test_errors_that_stay_for_some_frames_and_jump_far_are_found(void) {
   }
 }
 
-static void test_as_many_good_frames_count_again(void) {
-  (void)frames_until_it_jumps(5e-3f, 2);
+static int frames_until_they_count(float error_rad, int ticks) {
   int frames = 0;
-  while (show(0.0f, 0.0f, 2, 20)) {
-    frames++;
-  }
-  TEST_ASSERT_EQUAL(17, frames); /* the first of them was a jump of 5 mrad, after which 3 take nothing away */
-  TEST_ASSERT_FALSE(show(0.0f, 0.0f, 2, 20));
-}
-
-static int frames_until_they_count(float error_rad) {
-  int frames = 0;
-  while (frames < 100 && show(0.0f, error_rad, 2, 20)) {
+  while (frames < 100 && show(0.0f, error_rad, ticks, 20)) {
     frames++;
   }
   return frames;
+}
+
+static void test_as_many_good_frames_count_again(void) {
+  (void)frames_until_it_jumps(5e-3f, 2);
+  /* The first of them was a jump of 5 mrad, after which 3 take nothing away. */
+  TEST_ASSERT_EQUAL(17, frames_until_they_count(0.0f, 2));
+  TEST_ASSERT_FALSE(show(0.0f, 0.0f, 2, 20));
 }
 
 /* Twice as many as were needed. Errors that stay at -5 mrad are no jump; one back to it, with others between, is. */
@@ -87,7 +84,23 @@ static void test_however_long_it_jumped_as_many_good_frames_count_again(void) {
   TEST_ASSERT_TRUE(show(0.0f, 5e-3f, 2, 20));
   TEST_ASSERT_EQUAL(JUMPING_HIGHEST_SCORE, picture.score);
   TEST_ASSERT_EQUAL(JUMPING_FREE, picture.free); /* of a jump of 10 mrad, ten times too fast */
-  TEST_ASSERT_EQUAL(JUMPING_FREE + JUMPING_HIGHEST_SCORE - 1, frames_until_they_count(5e-3f));
+  TEST_ASSERT_EQUAL(JUMPING_FREE + JUMPING_HIGHEST_SCORE - 1, frames_until_they_count(5e-3f, 2));
+}
+
+/* 1 kHz: frames 1 ms apart may be 0.5 mrad apart. Jumps of 1.2 mrad are twice as fast: after the last one 1 frame takes
+ * nothing away, and the last of 12 others counts again. */
+static void test_frames_of_1_khz_are_a_ms_apart(void) {
+  TEST_ASSERT_EQUAL(100, frames_until_it_jumps(0.24e-3f, 1));
+  setUp();
+  TEST_ASSERT_EQUAL(7, frames_until_it_jumps(0.6e-3f, 1));
+  TEST_ASSERT_EQUAL(1 + JUMPING_SCORE - 1, frames_until_they_count(-0.6e-3f, 1));
+}
+
+/* 2 mrad further in each frame of 500 Hz: each is as fast as a jump, but none goes back. */
+static void test_errors_that_run_away_in_one_direction_do_not_contradict_each_other(void) {
+  for (int i = 0; i < 100; ++i) {
+    TEST_ASSERT_FALSE(show(2e-3f * (float)i, -2e-3f * (float)i, 2, 20));
+  }
 }
 
 static void test_a_frame_without_a_target_says_nothing(void) {
@@ -131,6 +144,8 @@ int main(void) {
   RUN_TEST(test_errors_that_stay_for_some_frames_and_jump_far_are_found);
   RUN_TEST(test_as_many_good_frames_count_again);
   RUN_TEST(test_however_long_it_jumped_as_many_good_frames_count_again);
+  RUN_TEST(test_frames_of_1_khz_are_a_ms_apart);
+  RUN_TEST(test_errors_that_run_away_in_one_direction_do_not_contradict_each_other);
   RUN_TEST(test_a_frame_without_a_target_says_nothing);
   RUN_TEST(test_an_imager_that_hops_between_two_targets_is_none);
   RUN_TEST(test_the_time_between_two_exposures_counts);

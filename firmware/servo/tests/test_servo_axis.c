@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "servo/servo_timing.h"
 #include "support/check.h"
 #include "support/random.h"
 #include "support/servo_bench.h"
@@ -365,6 +366,28 @@ static void test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit
   CHECK_AT_LEAST("without it, rad/s", 0.5, fabsf(b.axis.signals.reference.rate_rad_s));
 }
 
+/* The base turns with 0.05 rad/s, as its own gyros say. What is held is the angle of the joint. */
+static void test_a_position_is_held_on_a_base_that_turns(void) {
+  bench b = bench_at_rest();
+  b.axis.speed.carried_rad_s = 0.05f;
+  b.command = (servo_axis_command){.mode = SERVO_POSITION};
+  ticks(&b, 1000);
+  CHECK_NEAR("rate with the base's, rad/s", 0.05, b.axis.signals.rates.rate_rad_s, 1e-5);
+  CHECK_AT_MOST("joint, rad", 1e-6, fabs(b.turns * 6.283185307179586));
+}
+
+static void test_a_gyro_in_an_unknown_place_is_refused(void) {
+  servo_axis_params params = bench_at_rest().params;
+  params.tracker.estimator_rad_s = 4.0f;
+  const gyro_mounting unknown[] = {(gyro_mounting)-1, (gyro_mounting)(GYRO_BELOW_JOINT + 1)};
+  for (int i = 0; i < 2; ++i) {
+    params.gyro = GYRO_BELOW_JOINT;
+    CHECK_STATUS(CONTROL_OK, servo_axis_check(&params, dt_s, SERVO_PWM_PERIOD_S));
+    params.gyro = unknown[i];
+    CHECK_STATUS(CONTROL_OUT_OF_RANGE, servo_axis_check(&params, dt_s, SERVO_PWM_PERIOD_S));
+  }
+}
+
 static void test_a_gyro_that_says_it_is_not_valid_may_hold_anything(void) {
   bench b = turning_with_gyro();
   for (int i = 0; i < 300; ++i) {
@@ -473,6 +496,8 @@ int main(void) {
   RUN_TEST(test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick);
   RUN_TEST(test_an_encoder_without_an_answer_takes_the_torque_away_until_it_answers);
   RUN_TEST(test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit);
+  RUN_TEST(test_a_position_is_held_on_a_base_that_turns);
+  RUN_TEST(test_a_gyro_in_an_unknown_place_is_refused);
   RUN_TEST(test_a_gyro_that_says_it_is_not_valid_may_hold_anything);
   RUN_TEST(test_a_sum_that_is_not_a_number_takes_the_torque_away);
   RUN_TEST(test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit);

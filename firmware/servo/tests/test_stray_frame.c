@@ -54,12 +54,15 @@ static void test_a_target_that_has_jumped_counts_from_the_second_frame(void) {
   TEST_ASSERT_FALSE(show(4e-3f, -4e-3f));
 }
 
+/* Along either axis. */
 static void test_two_strays_on_different_sides_do_not_confirm_each_other(void) {
   const image_vector seconds[] = {{-5e-3f, 0.0f}, {0.0f, 5e-3f}, {2e-3f, 5e-3f}}; /* the last: less than half as far */
-  for (unsigned i = 0; i < 3; ++i) {
+  for (unsigned i = 0; i < 6; ++i) {
+    const image_vector second = seconds[i / 2];
+    const bool vertical = i % 2 == 1;
     follow();
-    TEST_ASSERT_TRUE(show(5e-3f, 0.0f));
-    TEST_ASSERT_TRUE(show(seconds[i].x, seconds[i].y));
+    TEST_ASSERT_TRUE(vertical ? show(0.0f, 5e-3f) : show(5e-3f, 0.0f));
+    TEST_ASSERT_TRUE(vertical ? show(second.y, second.x) : show(second.x, second.y));
     TEST_ASSERT_FALSE(show(1e-5f, 0.0f));
   }
 }

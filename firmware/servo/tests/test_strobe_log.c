@@ -66,6 +66,17 @@ static void test_the_clock_may_wrap(void) {
   TEST_ASSERT_TRUE(exposed_us < 1000000);
 }
 
+/* The strobe ends while frames go on at 50 Hz. After 71.6 min the clock has gone round, and shows the age of the last
+ * edges as it was then. */
+static void test_a_strobe_that_has_ended_does_not_come_back(void) {
+  get_in_step();
+  for (int i = 0; i < 72 * 60 * 50; ++i) {
+    exposed_us += FRAME_US;
+    TEST_ASSERT_FALSE(strobe_log_pair(&strobes, &params, ++counter, exposed_us + DELAY_US));
+    TEST_ASSERT_EQUAL(STROBE_NONE, strobes.last_refusal);
+  }
+}
+
 static void test_an_age_outside_the_window_is_refused(void) {
   get_in_step();
   TEST_ASSERT_TRUE(frame(11000));
@@ -74,6 +85,17 @@ static void test_an_age_outside_the_window_is_refused(void) {
   TEST_ASSERT_EQUAL(STROBE_NONE, strobes.last_refusal);
   TEST_ASSERT_FALSE(frame(29001));
   TEST_ASSERT_TRUE(frame(DELAY_US));
+}
+
+/* The strobe has paused. Its last edge but one is 71.6 minutes old, when the clock of 2^32 us has once gone round: it
+ * looks 20 ms old. The last one is 70 ms old, and nothing before it can be the exposure. */
+static void test_an_edge_before_one_that_is_too_old_is_no_exposure(void) {
+  get_in_step();
+  edge(exposed_us + FRAME_US);
+  edge(exposed_us + FRAME_US - 50000);
+  exposed_us += FRAME_US;
+  TEST_ASSERT_FALSE(strobe_log_pair(&strobes, &params, ++counter, exposed_us + DELAY_US));
+  TEST_ASSERT_EQUAL(STROBE_NONE, strobes.last_refusal);
 }
 
 /* Three frames are lost on the bus, their edges are not. */
@@ -242,6 +264,8 @@ int main(void) {
   RUN_TEST(test_edges_that_come_together_are_all_taken);
   RUN_TEST(test_the_clock_may_wrap);
   RUN_TEST(test_an_age_outside_the_window_is_refused);
+  RUN_TEST(test_a_strobe_that_has_ended_does_not_come_back);
+  RUN_TEST(test_an_edge_before_one_that_is_too_old_is_no_exposure);
   RUN_TEST(test_frames_lost_on_the_bus_change_nothing);
   RUN_TEST(test_a_missing_edge_is_counted);
   RUN_TEST(test_additional_edges_are_counted);
