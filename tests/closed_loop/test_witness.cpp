@@ -153,7 +153,8 @@ void test_sensors_that_are_wrong_together_are_found_by_the_motor() {
   const fault_set motor = fault_bit(FAULT_MOTOR_CONTRADICTS);
   const fault_set moving = motor | fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_MOTOR_WEAK);
   const Case cases[] = {
-      // At rest nothing shows until the torque of the blind loop has overcome the friction. Until rest includes what the
+      // At rest nothing shows until the torque of the blind loop has overcome the friction. Until rest includes what
+      // the
       // wind turns an axis without a brake.
       {"frozen, set-point 0", motor, 0.0, 0.0, show(0.0), 6.0, 8.5 * sim::kRadPerDeg, 7.0 * sim::kRadPerDeg},
       {"frozen, set-point 0, motor known", motor, 0.0, 2.0, show(0.0), 3.0, 7.0 * sim::kRadPerDeg,
