@@ -43,10 +43,10 @@ struct Promise {
 };
 
 constexpr Promise kPromises[] = {
-    {0x40012C44, 0x3F31FFF, 0x1F31D55,
-     "azimuth: dead time 0.5 us, fault input and STO on and filtered, lock level 1, low while off"},
-    {0x40013444, 0x3F31FFF, 0x1F31D55,
-     "pitch: dead time 0.5 us, fault input and STO on and filtered, lock level 1, low while off"},
+    {0x40012C44, 0x3F31FFF, 0x1031D55,
+     "azimuth: dead time 0.5 us, fault input on and filtered, STO on and asynchronous, lock level 1, low while off"},
+    {0x40013444, 0x3F31FFF, 0x1031D55,
+     "pitch: dead time 0.5 us, fault input on and filtered, STO on and asynchronous, lock level 1, low while off"},
     {0x40012C64, 0x201, 0x1, "azimuth: the pin of channel B of STO is the second break input"},
     {0x40013464, 0x201, 0x1, "pitch: the pin of channel B of STO is the second break input"},
     {0x40013430, 0xFFFF, 1, "both bridges take new duties at the same instant"},
