@@ -316,6 +316,13 @@ std::string flaw_of(BoardRig& rig) {
   if (rig.client.error_code(0) != 0x5441 || rig.machine.is_brake_powered(0) || rig.machine.is_brake_powered(1)) {
     return "channel B of STO is not reported as such, or a brake is not engaged";
   }
+  rig.machine.set_sto(target::BoardMachine::StoChannel::kB, true);
+  rig.client.pass(10);
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    if (!rig.client.enable_again(axis)) {
+      return "an axis does not come back when STO permits torque again";
+    }
+  }
   chip.tim6.stall();
   rig.client.pass(60);
   return chip.resets() == 1 && chip.last_reset() == target::ResetCause::kWatchdog ? violation() : "no watchdog reset";
@@ -381,6 +388,7 @@ constexpr Harmless kHarmless[] = {
     {0x40012C10, 0, true, "TIM1's update flag has no interrupt, and nobody asks for it"},
     {0x40013410, 0, true, "TIM8, the same"},
     {0x40001024, 4, false, "TIM6 begins 0.4 us earlier or later, of a tick that is promised to 1 us"},
+    {0x40022018, 30, false, "flash: clears the flag of a corrected bit, and no bit of this flash is weak"},
     {0x40006480, 0, false, "FDCAN1: a remote extended frame is refused as an extended one, too"},
     {0x40006450, 2, false, "FDCAN1: lost frames are counted twice; the count is for a debugger"},
 };
