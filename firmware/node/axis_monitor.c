@@ -187,14 +187,14 @@ static fault_set keep_within(axis_monitor *monitor, const drive_axis *drive) {
          bit_if(found & ENVELOPE_BRAKING_FAILS, FAULT_BRAKING_FAILS);
 }
 
-/* Of a gyro at the end of its range the encoder need not be doubted: the axis cannot have got there in the 5 ticks of
- * their comparison. */
+/* A gyro that is certainly wrong raises no doubt of the encoder: the axis cannot have got to the end of its range in
+ * the 5 ticks of their comparison, and one that repeats its reading differs from the encoder because the axis brakes.
+ */
 static __attribute__((noinline)) void weigh_found(axis_monitor *monitor) {
   monitor->jumped = monitor->jumped || (monitor->found & fault_bit(FAULT_ENCODER_JUMP)) != 0;
-  if ((monitor->found & fault_bit(FAULT_GYRO_SATURATED)) != 0) {
-    monitor->found &= ~fault_bit(FAULT_SENSORS_DISAGREE);
-    monitor->state.disagree_ticks = 0;
-    monitor->state.difference_rad_s = 0.0f;
+  if ((monitor->found & (fault_bit(FAULT_GYRO_STUCK) | fault_bit(FAULT_GYRO_SATURATED))) != 0) {
+    monitor->found &= ~(fault_bit(FAULT_SENSORS_DISAGREE) | fault_bit(FAULT_ENCODER_ERRATIC));
+    axis_protection_forget_differences(&monitor->state);
   }
 }
 

@@ -5,7 +5,7 @@
 void tracking_look_for_a_frozen_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
                                         uint32_t tick) {
   const camera_objects *objects = &self->objects;
-  if (self->frames.taken == objects->taken || objects->message.quality < objects->params.min_quality) {
+  if (self->frames.taken == objects->taken || self->message.quality < objects->params.min_quality) {
     return;
   }
   const joint_place joints = {.azimuth = (angle_turn32)azimuth->position, .pitch = (angle_turn32)pitch->position};
@@ -120,7 +120,7 @@ void tracking_check_picture(target_tracking *self, const drive_axis *azimuth, co
   self->tracked = true;
   picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows(self, azimuth, pitch));
   const camera_objects *objects = &self->objects;
-  if (self->frames.taken != objects->taken && objects->message.quality >= objects->params.min_quality) {
+  if (self->frames.taken != objects->taken && self->message.quality >= objects->params.min_quality) {
     const int age_ticks = camera_delay_age(&self->delay, &objects->delay, objects->age_ms);
     picture_check_take(&self->orientation, seen_rad(self, azimuth, pitch, age_ticks),
                        moved_rad(self, azimuth, pitch, age_ticks), age_ticks);

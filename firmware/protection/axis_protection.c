@@ -141,6 +141,12 @@ static fault_set compare_sensors(axis_protection *p, const protection_limits *li
   return bit_if(disagrees, FAULT_SENSORS_DISAGREE) | bit_if(encoder == ENCODER_ERRATIC, FAULT_ENCODER_ERRATIC);
 }
 
+void axis_protection_forget_differences(axis_protection *p) {
+  p->disagree_ticks = 0;
+  p->difference_rad_s = 0.0f;
+  p->outliers = (encoder_outliers){0};
+}
+
 /* A rate that is NaN counts as missing. */
 static fault_set monitor_gyro(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
                               float joint_rate_rad_s, float dt_s) {

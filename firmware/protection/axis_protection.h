@@ -118,6 +118,9 @@ float protection_sensor_difference_rad_s(const protection_limits *limits, float 
 /* Restarts the counts of all faults; keeps what is known of the winding. */
 void axis_protection_reset(axis_protection *protection);
 
+/* Lets the comparison of encoder and gyro begin anew. Call it in each tick in which the gyro is certainly wrong. */
+void axis_protection_forget_differences(axis_protection *protection);
+
 /* Returns the faults that this tick shows. */
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s);

@@ -81,9 +81,10 @@ static bool has_time(const camera_input *input, uint8_t ahead, float ticks) {
   return skipped * input->interval_ticks <= CLOCK_RATIO * ticks;
 }
 
-/* Of how many messages in a row each was sent before the one before it. */
+/* Of how many messages in a row each was sent before the one before it. A step by half of the counters is none of them:
+ * two senders so far apart must not shut each other out. */
 static void count_backwards(camera_input *input, uint8_t ahead) {
-  if (ahead >= HALF_COUNTERS) {
+  if (ahead > HALF_COUNTERS) {
     input->backwards = (uint8_t)(input->backwards + (input->backwards < CAMERA_RESTART ? 1 : 0));
   } else if (ahead > 0) {
     input->backwards = 0;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "servo/strobe_log.h"
 
-enum { US_PER_TIME = 10, HALF_COUNTERS = 128 };
+enum { US_PER_TIME = 10, HALF_COUNTERS = 128, FUTURE_US = 1000000 };
 
 void strobe_log_reset(strobe_log *self) { *self = (strobe_log){0}; }
 
@@ -27,7 +27,7 @@ static uint32_t count_in_window(strobe_log *self, const strobe_params *params, u
   for (uint32_t back = 1; back <= STROBE_LOG_EDGES && back <= self->edges - self->past; ++back) {
     const uint32_t edge = self->edges - back;
     const int32_t age = (int32_t)(now_us - self->at_us[edge % STROBE_LOG_EDGES] - params->half_exposure_us);
-    if (age > oldest_us) {
+    if (age > oldest_us || age < -FUTURE_US) {
       self->past = edge + 1u;
       break;
     }

@@ -53,12 +53,13 @@ struct Outcome {
 
 class Ride {
  public:
-  Ride(const sim::NodeSetup& setup, int axis, std::uint64_t seed, double start_rad, bool brakes = true)
+  Ride(const sim::NodeSetup& setup, int axis, std::uint64_t seed, double start_rad, bool brakes = true,
+       double pitch_rad = 0.4)
       : setup_(setup),
         axis_(axis),
         i_(static_cast<std::size_t>(axis)),
         brakes_(brakes),
-        node_(setup, seed, start_of(axis, start_rad)) {
+        node_(setup, seed, start_of(axis, start_rad, pitch_rad)) {
     if (brakes) {
       node_.machine().fit_holding_brakes();
     }
@@ -132,8 +133,8 @@ class Ride {
   void step() { node_.tick(); }
 
  private:
-  static std::array<double, sim::kAxes> start_of(int axis, double start_rad) {
-    std::array<double, sim::kAxes> start = {0.2, 0.4};
+  static std::array<double, sim::kAxes> start_of(int axis, double start_rad, double pitch_rad) {
+    std::array<double, sim::kAxes> start = {0.2, pitch_rad};
     start[static_cast<std::size_t>(axis)] = start_rad;
     return start;
   }
@@ -371,7 +372,8 @@ void test_a_defect_at_full_speed_near_the_end_has_a_stated_contact(void) {
           const protection_limits& travel = setup.limits[static_cast<std::size_t>(axis)];
           const double start_rad =
               std::max(static_cast<double>(travel.maximum_rad) - 1.1, static_cast<double>(travel.minimum_rad) + 0.1);
-          Ride ride(setup, axis, static_cast<std::uint64_t>(seed), start_rad, brakes);
+          const double pitch_rad = seed % 2 != 0 ? 0.4 : 1.35;  // there the azimuth has least inertia
+          Ride ride(setup, axis, static_cast<std::uint64_t>(seed), start_rad, brakes, pitch_rad);
           ride.approach(kProfileVelocity, 0.18);
           const Outcome o = ride.attack([&defect](Ride& r) { defect.begin(r); }, 4.0);
           contact_deg_s = std::max(contact_deg_s, o.contact_rad_s / kDeg);

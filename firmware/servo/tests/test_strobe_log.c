@@ -77,6 +77,17 @@ static void test_a_strobe_that_has_ended_does_not_come_back(void) {
   }
 }
 
+/* Both stop together, and the frames alone go on after 40 min, when half of the clock has gone by. */
+static void test_a_strobe_that_ended_with_its_frames_does_not_come_back(void) {
+  get_in_step();
+  exposed_us += 40u * 60u * 1000000u;
+  for (int i = 0; i < 35 * 60 * 50; ++i) {
+    exposed_us += FRAME_US;
+    TEST_ASSERT_FALSE(strobe_log_pair(&strobes, &params, ++counter, exposed_us + DELAY_US));
+    TEST_ASSERT_EQUAL(STROBE_NONE, strobes.last_refusal);
+  }
+}
+
 static void test_an_age_outside_the_window_is_refused(void) {
   get_in_step();
   TEST_ASSERT_TRUE(frame(11000));
@@ -265,6 +276,7 @@ int main(void) {
   RUN_TEST(test_the_clock_may_wrap);
   RUN_TEST(test_an_age_outside_the_window_is_refused);
   RUN_TEST(test_a_strobe_that_has_ended_does_not_come_back);
+  RUN_TEST(test_a_strobe_that_ended_with_its_frames_does_not_come_back);
   RUN_TEST(test_an_edge_before_one_that_is_too_old_is_no_exposure);
   RUN_TEST(test_frames_lost_on_the_bus_change_nothing);
   RUN_TEST(test_a_missing_edge_is_counted);
