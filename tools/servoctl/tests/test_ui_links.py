@@ -179,11 +179,11 @@ def events(page: Page) -> list[str]:
 
 
 def test_a_link_that_is_lost_and_found_again_and_again_moves_nothing(servo: Bench, browser: Browser) -> None:
-    """The plot goes on by itself each time, with a gap."""
+    """The plot goes on by itself each time, with a gap. The first loss switches the axis off; until then it creeps by the gyro's bias."""
     with closing(Link(servo.bus)) as link, running(servo, "--bus", link.bus) as server, opened(browser, server) as page:
         command_and_enable(page)
-        begun = angle(page)
         wait_for(lambda: page.evaluate(FRESH) > FRESH_SAMPLES, "samples come")
+        stands = []
         for _ in range(LOSSES):
             link.pull()
             wait_for_text(page.locator("#link"), "no connection")
@@ -192,11 +192,12 @@ def test_a_link_that_is_lost_and_found_again_and_again_moves_nothing(servo: Benc
             wait_for_text(page.locator("#link"), "operational")
             wait_for(lambda: page.evaluate("trackservo.plots.history.end") > end_s and page.evaluate(FRESH) > FRESH_SAMPLES, "samples come")
             assert page.evaluate(GAP_AFTER, end_s) > 0.1
-        print(f"link lost {LOSSES} times: each is a gap in the plot")
-        wait_for(lambda: abs(angle(page) - begun) < MOVED_DEG, "nothing has moved")
+            stands.append(angle(page))
+        print(f"link lost {LOSSES} times: each is a gap in the plot; the axis stands at {min(stands)} to {max(stands)} °")
+        assert max(stands) - min(stands) < MOVED_DEG
         link.pull()  # the commands know nothing of a server that has another address, and would disturb its transfers
         assert standing(servo)["state"] in ("switch on disabled", "fault")
-        assert abs(standing(servo)["position_deg"] - begun) < MOVED_DEG
+        assert abs(standing(servo)["position_deg"] - stands[0]) < MOVED_DEG
 
 
 LOSSES = 20
