@@ -344,6 +344,7 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
   const servo_axis_params *params = &board->app.params.axis[axis];
   const servo_axis_command *command = &board->command.axis[axis];
   const protection_motor motor = motor_of(params);
+  monitor->seen.rate_delay_s = 0.5f * (float)(params->speed.rate_estimator.window_ticks - 2) * SERVO_TICK_S;
   const fault_set found =
       axis_protection_judge(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
   monitor->oscillates =

@@ -27,8 +27,9 @@ enum {
 #define SETTLING_S 0.01f /* of the current of a bridge that is off, and of the rate that runaway compares with */
 #define RUNAWAY_TORQUE 0.5f
 #define RUNAWAY_ACCELERATION_RAD_S2 0.5f
-#define IMPOSSIBLE_S \
-  0.055f /* no torque makes a rate fall by this, times 2060:19, within RUNAWAY_TICKS: decision 0028 */
+/* No torque makes a rate fall by more, in multiples of 2060:19, within RUNAWAY_TICKS: decision 0028. */
+#define IMPOSSIBLE_S 0.055f
+#define IMPOSSIBLE_OF_DELAY 4.0f /* a delayed rate goes on falling as the torque before made it */
 #define STANDSTILL_RAD_S 2e-3f
 #define OUTWARDS_RAD 2e-3f /* a seal that was wound up moves the axis by less when its brake opens */
 
@@ -251,7 +252,8 @@ static bool runs_away(axis_protection *p, const protection_limits *limits, const
   }
   const float fall_rad_s = towards * (p->rate_before_rad_s - in->rate_rad_s);
   p->rate_before_rad_s = in->rate_rad_s; /* friction may go on for long */
-  return towards * in->rate_rad_s < 0.0f || fall_rad_s > IMPOSSIBLE_S * limits->deceleration_rad_s2;
+  const float impossible_s = IMPOSSIBLE_S + IMPOSSIBLE_OF_DELAY * in->rate_delay_s;
+  return towards * in->rate_rad_s < 0.0f || fall_rad_s > impossible_s * limits->deceleration_rad_s2;
 }
 
 /* Alternating between both torque limits counts as blocked as well: only motion ends the count. */

@@ -56,6 +56,7 @@ typedef struct {
   float torque_nm;       /* commanded */
   float reference_rad_s; /* less what the base carries the axis (3076): the sender's word must look like no motion */
   float rate_rad_s;      /* the one controlled, the same */
+  float rate_delay_s;    /* of the encoder's share in it, beyond that of two angles (2050:3) */
 } protection_inputs;
 
 typedef struct {

@@ -198,11 +198,10 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .detection =
              "For 24 ticks more than half of the torque limit acts towards the set-point, the rate differs from it by "
              "more than a tenth of 2060:6, and the axis turns away from it, ever faster, or its rate falls by more "
-             "than 0.055 s times 2060:19. Or its path against the sign "
-             "of the "
-             "set-point, while it accelerates that way, exceeds 2060:31 although more than a quarter of the motor's "
-             "torque "
-             "has acted towards the set-point for 28 ms without a break.",
+             "than 0.055 s times 2060:19 (and 2 ms more for each angle of 2050:3 beyond two). Or its path against the "
+             "sign of the set-point, while it accelerates that way, exceeds 2060:31 although more than a quarter of "
+             "the "
+             "motor's torque has acted towards the set-point for 28 ms without a break.",
          .when = SPEED_DRIVEN,
          .timer = "",
          .limits = LIMIT(6) | LIMIT(19) | LIMIT(31),

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "control/rate_estimator.h"
 #include "protection/axis_protection.h"
 #include "protection/fault_log.h"
 #include "support/check.h"
@@ -545,6 +546,41 @@ static void test_a_rate_that_falls_by_more_than_any_torque_makes_it_is_a_runaway
   }
 }
 
+/* Azimuth at the zenith, 3 kg m^2 of at most 6, so that 2060:19 is 5 rad/s^2: the full 40 Nm, friction and the
+ * strongest wind that counts, 12 Nm, slow the axis down from 1.4 to 0.7 rad/s; then half of the torque is back, by a
+ * legal write. */
+static bool reversal_is_a_runaway(int window_ticks, float rate_delay_s) {
+  bench b = new_bench();
+  b.limits.deceleration_rad_s2 = 5.0f;
+  b.in.rate_delay_s = rate_delay_s;
+  const rate_estimator_params params = {window_ticks};
+  rate_estimator_state estimator;
+  rate_estimator_reset(&estimator, 0);
+  angle_turn32 angle = 0;
+  fault_set found = 0;
+  float rate_rad_s = 1.4f;
+  bool back = false;
+  for (int tick = 0; tick < 130; ++tick) {
+    const bool slows = tick >= 50;
+    back = back || rate_rad_s < 0.7f;
+    const float load_nm = 12.0f + 6.3f + 8.4f * rate_rad_s;
+    const float braking_nm = slows ? -40.0f : load_nm;
+    b.in.torque_nm = back ? 20.1f : braking_nm;
+    b.in.reference_rad_s = back || !slows ? 1.4f : 0.0f;
+    rate_rad_s += (b.in.torque_nm - load_nm) / 3.0f * DT_S;
+    angle += (angle_turn32)(int32_t)lrintf(rate_rad_s * DT_S / ANGLE_RAD_PER_TURN32);
+    b.in.rate_rad_s = rate_estimator_step(&estimator, &params, angle, DT_S);
+    found |= axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S);
+  }
+  return (found & fault_bit(FAULT_RUNAWAY)) != 0;
+}
+
+static void test_a_rate_that_is_known_late_may_go_on_falling(void) {
+  TEST_ASSERT_FALSE(reversal_is_a_runaway(2, 0.0f));
+  TEST_ASSERT_FALSE(reversal_is_a_runaway(16, 0.007f));
+  TEST_ASSERT_TRUE(reversal_is_a_runaway(16, 0.0f));
+}
+
 static void test_a_speed_error_trips_after_its_time(void) {
   bench b = new_bench();
   b.in.reference_rad_s = 0.6f;
@@ -1005,6 +1041,7 @@ int main(void) {
   RUN_TEST(test_an_axis_that_goes_away_from_its_set_point_against_its_torque_runs_away);
   RUN_TEST(test_an_axis_that_turns_towards_its_set_point_and_gets_slower_does_not_run_away);
   RUN_TEST(test_a_rate_that_falls_by_more_than_any_torque_makes_it_is_a_runaway);
+  RUN_TEST(test_a_rate_that_is_known_late_may_go_on_falling);
   RUN_TEST(test_a_speed_error_trips_after_its_time);
   RUN_TEST(test_a_torque_command_has_no_speed_error);
   RUN_TEST(test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count);
