@@ -87,6 +87,9 @@ static void take_message(target_tracking *self) {
     camera_input_refuse(&self->frames, CAMERA_PICTURE_WRONG);
     return;
   }
+  if (self->arrived) {
+    camera_input_refuse(&self->frames, CAMERA_NOT_NEWER); /* the one before in this ms */
+  }
   self->exposure_age = find_age(self);
   self->message = *message; /* a later one that is refused must not change it */
   self->error = error;
@@ -428,6 +431,13 @@ static void look_ahead(target_tracking *self, const drive_axis *azimuth, const d
   pointing_tracker_prepare(&self->line_of_sight.tracker, loop, self->target.error_of_joints_rad, SERVO_TICK_S);
 }
 
+/* Another target with the counter of the last message is that of a second sender. */
+static bool shows_the_same(const target_tracking *self) {
+  const camera_message *now = &self->message;
+  const camera_message *before = &self->counted;
+  return now->x == before->x && now->y == before->y && now->quality == before->quality;
+}
+
 /* Before the objects have the counts of this tick. */
 static void count_drops(target_tracking *self, bool tracks) {
   if (!tracks) {
@@ -439,8 +449,9 @@ static void count_drops(target_tracking *self, bool tracks) {
   const uint32_t dropped = self->frames.dropped - self->objects.dropped;
   if (self->frames.taken != self->objects.taken) {
     self->drops = (uint16_t)(self->drops > BACK_OF_TAKEN ? self->drops - BACK_OF_TAKEN : 0);
+    self->counted = self->message;
   } else if (dropped > 0 && self->drops < STALE_DROPS) {
-    const bool repeated = self->frames.last_drop == CAMERA_NOT_NEWER && self->frames.repeated;
+    const bool repeated = self->frames.last_drop == CAMERA_NOT_NEWER && self->frames.repeated && shows_the_same(self);
     self->drops = (uint16_t)(self->drops + (repeated ? DROP_OF_REPEATED : DROP_OF_OTHER));
   }
   self->quiet_ticks = (uint16_t)(dropped == 0 && self->quiet_ticks < STALE_TICKS ? self->quiet_ticks + 1 : 0);

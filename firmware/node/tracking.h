@@ -42,6 +42,7 @@ typedef struct {
   int32_t exposure_age; /* its age then, 10 us */
   image_vector error;   /* its error */
   camera_message message;
+  camera_message counted; /* the last one that did */
   camera_input frames;
   frozen_picture picture;
   jumping_picture jumps;
