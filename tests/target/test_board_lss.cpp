@@ -228,21 +228,26 @@ void test_the_bit_rate_changes_when_it_is_activated() {
   expect_no_violations(rig);
 }
 
+// Power on with the button held then, and when its RAM is tested and its pins have been read once.
+void start_with_button(BoardRig& rig, bool held_at_start, bool held_later) {
+  auto& port = rig.machine.chip().port('C');
+  port.set_input(13, held_at_start);
+  rig.client.forget();
+  rig.machine.chip().request_reset(target::ResetCause::kPowerOn);
+  rig.client.pass(130);
+  port.set_input(13, held_later);
+  rig.client.pass(kBoot_ms);
+  port.set_input(13, false);
+}
+
 void test_the_button_recovers_a_wrong_stored_bit_rate() {
   BoardRig rig(bench::tracker_plant());
   boot(rig);
   LssMaster master(rig);
   store(master, 42, 4);
   master.set_bit_rate(1e6);
-  const auto is_heard = [&](bool held_at_start, bool held_later) {
-    auto& port = rig.machine.chip().port('C');
-    port.set_input(13, held_at_start);
-    rig.client.forget();
-    rig.machine.chip().request_reset(target::ResetCause::kPowerOn);
-    rig.client.pass(130);  // RAM tested, pins read once
-    port.set_input(13, held_later);
-    rig.client.pass(kBoot_ms);
-    port.set_input(13, false);
+  const auto is_heard = [&rig](bool held_at_start, bool held_later) {
+    start_with_button(rig, held_at_start, held_later);
     return rig.client.boots() == 1 && rig.client.read(0x1000).has_value();
   };
   TEST_ASSERT_FALSE(is_heard(false, false));
@@ -254,6 +259,42 @@ void test_the_button_recovers_a_wrong_stored_bit_rate() {
   master.switch_to(1);
   master.expect({kStore}, 0);  // node id 1 and 1 Mbit/s, as in effect
   TEST_ASSERT_TRUE(is_heard(false, false));
+  expect_no_violations(rig);
+}
+
+// 8 bytes, in two segments.
+bool set_word(BoardRig& rig, LssMaster& master, const std::string& word) {
+  std::vector<std::uint8_t> bytes(word.begin(), word.end());
+  bytes.resize(8);
+  master.send(0x601, {0x21, 0x40, 0x30, 4, 8, 0, 0, 0});
+  rig.client.pass(2);
+  master.send(0x601, {0x00, bytes[0], bytes[1], bytes[2], bytes[3], bytes[4], bytes[5], bytes[6]});
+  rig.client.pass(2);
+  master.send(0x601, {0x1D, bytes[7], 0, 0, 0, 0, 0, 0});
+  rig.client.pass(100);  // until it is in flash
+  return rig.client.read(0x3040, 5).value() == (word.empty() ? 0U : 1U);
+}
+
+void test_the_button_recovers_a_lost_word_of_the_owner() {
+  BoardRig rig(bench::tracker_plant());
+  boot(rig);
+  LssMaster master(rig);
+  const auto opens = [&rig] { return rig.client.write(0x3040, 1, 0x6E65706F, 4); };
+  TEST_ASSERT_TRUE(opens());
+  TEST_ASSERT_TRUE(set_word(rig, master, "falcon77"));
+  start_with_button(rig, false, false);
+  TEST_ASSERT_FALSE_MESSAGE(opens(), "the word survives a power cycle");
+  start_with_button(rig, true, false);
+  TEST_ASSERT_FALSE_MESSAGE(opens(), "a pulse is not a held button");
+  start_with_button(rig, true, true);
+  TEST_ASSERT_TRUE(opens());
+  start_with_button(rig, false, false);
+  TEST_ASSERT_FALSE_MESSAGE(opens(), "only until the next start");
+  start_with_button(rig, true, true);
+  TEST_ASSERT_TRUE(opens());
+  TEST_ASSERT_TRUE(set_word(rig, master, ""));
+  start_with_button(rig, false, false);
+  TEST_ASSERT_TRUE_MESSAGE(opens(), "the word is removed");
   expect_no_violations(rig);
 }
 
@@ -334,6 +375,7 @@ int main() {
   RUN_TEST(test_each_bit_rate_is_stored_and_no_other_is_understood);
   RUN_TEST(test_the_bit_rate_changes_when_it_is_activated);
   RUN_TEST(test_the_button_recovers_a_wrong_stored_bit_rate);
+  RUN_TEST(test_the_button_recovers_a_lost_word_of_the_owner);
   RUN_TEST(test_sdo_answers_in_time_on_a_slow_bus_while_both_axes_move);
   RUN_TEST(test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_ones);
   return UNITY_END();
