@@ -288,6 +288,14 @@ void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive) {
   }
 }
 
+/* Readings that jump may have counted hundreds of turns: from within one turn on again, if the travel tells which. */
+static void count_anew(axis_monitor *monitor, drive_axis *drive) {
+  if (protection_has_travel(&monitor->limits)) {
+    drive_axis_shift(drive, -(int)(drive->position / (INT64_C(1) << 32)));
+    monitor->turn = 0;
+  }
+}
+
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
   const bool jumps = monitor->jumped;
   monitor->jumped = false;
@@ -297,6 +305,7 @@ void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
   } else if (jumps || ++monitor->lost_ticks >= FORGET_TICKS) {
     monitor->lost_ticks = FORGET_TICKS;
     start_position_forget(&monitor->start);
+    count_anew(monitor, drive);
     monitor->candidates = (start_candidates){.lowest = 1, .known = false};
   }
 }

@@ -14,9 +14,8 @@ void start_position_forget(start_position *start) {
   start->settled = false;
 }
 
-static int8_t whole_turn(float turns) {
-  const float most = (float)START_POSITION_MAX_TURN;
-  return (int8_t)scalar_clamp(turns, -most, most);
+static int8_t whole_turn(float turns, int lowest, int highest) {
+  return (int8_t)scalar_clamp(turns, (float)lowest, (float)highest);
 }
 
 start_candidates start_position_step(start_position *start, float count_rad, float minimum_rad, float maximum_rad) {
@@ -26,9 +25,13 @@ start_candidates start_position_step(start_position *start, float count_rad, flo
   if (!(minimum_rad < maximum_rad)) {
     return (start_candidates){.lowest = start->turn, .highest = start->turn, .known = true};
   }
+  /* Where both would be beyond the last turn there is no candidate. */
+  enum { LAST = START_POSITION_MAX_TURN };
   start_candidates found = {
-      .lowest = whole_turn(ceilf((minimum_rad - START_POSITION_MARGIN_RAD - start->lowest_rad) * TURNS_PER_RAD)),
-      .highest = whole_turn(floorf((maximum_rad + START_POSITION_MARGIN_RAD - start->highest_rad) * TURNS_PER_RAD)),
+      .lowest = whole_turn(ceilf((minimum_rad - START_POSITION_MARGIN_RAD - start->lowest_rad) * TURNS_PER_RAD), -LAST,
+                           LAST + 1),
+      .highest = whole_turn(floorf((maximum_rad + START_POSITION_MARGIN_RAD - start->highest_rad) * TURNS_PER_RAD),
+                            -LAST - 1, LAST),
   };
   if (!start->confirmed && found.lowest == found.highest) {
     start->turn = found.lowest;
@@ -48,7 +51,7 @@ bool start_position_turn_at(float count_rad, float position_rad, int8_t *turn) {
   const float quarter_turn = 0.25f;
   const float turns = (position_rad - count_rad) * TURNS_PER_RAD;
   const float nearest = scalar_round(turns);
-  *turn = whole_turn(nearest);
+  *turn = whole_turn(nearest, -START_POSITION_MAX_TURN, START_POSITION_MAX_TURN);
   return scalar_within(turns - nearest, quarter_turn) && scalar_within(nearest, (float)START_POSITION_MAX_TURN);
 }
 

@@ -295,6 +295,22 @@ static void test_after_an_encoder_that_jumps_the_turn_is_found_again(void) {
   }
 }
 
+/* Each reading 0.38 turns from the one before, as of noise on the line: the count runs away by hundreds of turns. */
+static void test_after_readings_that_count_hundreds_of_turns_the_turn_is_found_again(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    start_at(100.0 / 360.0);
+    limit_travel(10.0f * DEGREES, 350.0f * DEGREES);
+    for (int ms = 0; ms < 1000; ++ms) {
+      machine.axis[0].turns += 0.38 * sign;
+      wait_ms(1);
+    }
+    machine.axis[0].turns = 100.0 / 360.0;
+    wait_ms(20);
+    TEST_ASSERT_EQUAL(0, restrictions());
+    CHECK_NEAR("1e-7 rad", 100.0 * 174532.925, (double)(int32_t)get(0x6064, 0), 100.0);
+  }
+}
+
 static void test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown(void) {
   start_at(-100.0 / 360.0);
   limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
@@ -354,6 +370,7 @@ int main(void) {
   RUN_TEST(test_a_second_without_the_encoder_forgets_the_turn);
   RUN_TEST(test_without_an_angle_protection_demands_no_torque);
   RUN_TEST(test_after_an_encoder_that_jumps_the_turn_is_found_again);
+  RUN_TEST(test_after_readings_that_count_hundreds_of_turns_the_turn_is_found_again);
   RUN_TEST(test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown);
   RUN_TEST(test_an_axis_outside_of_its_travel_is_moved_inwards_only);
   return UNITY_END();

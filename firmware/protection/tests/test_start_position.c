@@ -26,6 +26,18 @@ static void test_a_start_near_zero_is_known_and_one_beyond_75_degrees_is_not(voi
   }
 }
 
+static void test_a_count_beyond_34_turns_of_the_travel_is_in_no_turn(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    start_position start = {0};
+    TEST_ASSERT_TRUE(step(&start, (float)(sign * 34 * 360)).known);
+    TEST_ASSERT_EQUAL(-sign * 34, start.turn);
+    start = (start_position){0};
+    const start_candidates found = step(&start, (float)(sign * 36 * 360));
+    TEST_ASSERT_FALSE(found.known);
+    TEST_ASSERT_TRUE(found.lowest > found.highest);
+  }
+}
+
 /* The margin is the distance from the hard travel to the end stops: of two angles a revolution apart one is beyond
  * them. */
 static void test_between_end_stops_at_280_degrees_a_reading_within_80_degrees_is_sure(void) {
@@ -148,6 +160,7 @@ static void test_the_widest_travel_does_not_overflow(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_start_near_zero_is_known_and_one_beyond_75_degrees_is_not);
+  RUN_TEST(test_a_count_beyond_34_turns_of_the_travel_is_in_no_turn);
   RUN_TEST(test_between_end_stops_at_280_degrees_a_reading_within_80_degrees_is_sure);
   RUN_TEST(test_motion_excludes_the_turns_that_would_be_outside);
   RUN_TEST(test_motion_into_the_far_turn_is_found_as_well);
