@@ -155,13 +155,24 @@ static void test_a_constant_rate_is_no_motion(void) {
              1e-5);
 }
 
-/* The ring keeps the newest pictures alone. */
+/* The ring keeps the newest pictures alone; of slow ones those of the last second: 10 pictures every 0.11 s. */
 static void test_older_pictures_are_forgotten(void) {
   film of = still(180.0);
   show(&of, 17);
   of = still(0.0);
   show(&of, ORIENTATION_SAMPLES);
   CHECK_NEAR("found", 0.0, image_orientation_find(&pictures, LEAST_RAD).roll_rad, 5e-3);
+  for (int newer = 9; newer <= 10; ++newer) {
+    image_orientation_reset(&pictures);
+    of = still(180.0);
+    of.interval_s = 0.11;
+    show(&of, 13);
+    of.roll_rad = 0.0;
+    show(&of, newer);
+    const orientation_finding found = image_orientation_find(&pictures, LEAST_RAD);
+    TEST_ASSERT_EQUAL_INT(newer < 10 ? ORIENTATION_UNCLEAR : ORIENTATION_TURNED, found.kind);
+    CHECK_NEAR("found", 0.0, found.roll_rad, newer < 10 ? 4.0 : 5e-3);
+  }
 }
 
 static void test_a_bad_picture_begins_anew(void) {

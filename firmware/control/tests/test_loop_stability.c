@@ -122,6 +122,22 @@ static void test_a_tracker_is_judged_by_the_gains_of_its_kind(void) {
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
 }
 
+/* However small it is: an integral alone holds the rate with ki / (J s + b), and a position loop faster than b / J =
+ * 1.33/s around it is never stable. */
+static void test_the_least_integral_gain_is_one(void) {
+  loop_stability_input in = azimuth();
+  in.speed.observer_on = false;
+  in.speed.pi.proportional_gain = 0.0f;
+  in.speed.pi.integral_gain = 0.05f;
+  in.plant.min_inertia_kg_m2 = 6.0f;
+  in.plant.stiffness_nm_rad = 0.0f;
+  in.tracker.proportional_per_s = 0.0f;
+  in.position_per_s = 0.002f;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+  in.position_per_s = 10.0f;
+  expect_refused(&in);
+}
+
 /* Kp alone on an inertia: sampled, with a delay of half a tick after the hold, the limit is known from the polynomial
  * z^3 - z^2 + k (z^2 / 8 + 6 z / 8 + 1 / 8) of k = Kp dt / J. */
 static void test_the_limit_of_a_gain_is_that_of_its_polynomial(void) {
@@ -470,6 +486,42 @@ static void test_the_distance_to_instability_is_that_of_the_blocks(void) {
   expect_distance("filters", &in);
 }
 
+/* The smallest |1 + L| up to the frequency at which it is refused, of all three loops there. */
+static void expect_distance_of_refused(const char *what, const loop_stability_input *in) {
+  loop_stability state;
+  loop_stability_start(&state);
+  double least = 1.0;
+  float last = 0.0f;
+  do {
+    (void)loop_stability_step(&state, in, 1);
+    if (state.omega > 1e-3f && state.omega != last) {
+      const double inertia = (double)(state.point < 2 ? in->plant.inertia_kg_m2 : in->plant.min_inertia_kg_m2);
+      const open_loops l = opened(in, inertia, state.point % 2 == 0, (double)state.omega);
+      least = fmin(least, fmin(cabs(1.0 + l.speed), fmin(cabs(1.0 + l.position), cabs(1.0 + l.tracking))));
+      last = state.omega;
+    }
+  } while (state.verdict == LOOP_RUNNING);
+  TEST_ASSERT_EQUAL_MESSAGE(LOOP_REFUSED, state.verdict, what);
+  CHECK_NEAR(what, least, state.distance, 2e-4);
+}
+
+static void test_a_set_that_is_refused_has_the_distance_of_its_nearest_loop(void) {
+  if (random_cases(1) == 0) {
+    return; /* an emulated core computes double in software */
+  }
+  static const struct {
+    const char *nearest;
+    float times, position_per_s, tracking_per_s;
+  } rows[] = {{"speed", 3.7f, 15.0f, 45.0f}, {"position", 2.2f, 256.0f, 20.0f}, {"tracking", 2.86f, 50.0f, 67.0f}};
+  for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    loop_stability_input in = azimuth();
+    in.speed.pi.proportional_gain *= rows[i].times;
+    in.position_per_s = rows[i].position_per_s;
+    in.tracker.proportional_per_s = rows[i].tracking_per_s;
+    expect_distance_of_refused(rows[i].nearest, &in);
+  }
+}
+
 /* 35 degrees of phase margin with half the inertia: too little is left for a seal that is four times as stiff. */
 static void test_gains_that_follow_the_inertia_keep_their_distance(void) {
   loop_stability_input in = azimuth();
@@ -603,7 +655,8 @@ static void test_a_machine_without_any_damping_has_an_answer(void) {
   expect_distance("no damping", &in);
 }
 
-/* At frequency 0 each curve begins on the positive axis, and its turns count from there. */
+/* At frequency 0 each curve begins on the positive axis, and its turns count from there. None is nearer to -1 than
+ * without feedback yet. */
 static void test_every_curve_begins_on_the_positive_axis(void) {
   const loop_stability_input in = azimuth();
   loop_stability state;
@@ -612,7 +665,9 @@ static void test_every_curve_begins_on_the_positive_axis(void) {
   for (int i = 0; i < LOOP_COUNT; ++i) {
     CHECK_AT_LEAST("real part", 1e-12, state.last[i].re);
     CHECK_SAME("imaginary part", 0.0, state.last[i].im);
+    CHECK_SAME("turned, rad", 0.0, state.phase[i]);
   }
+  CHECK_SAME("distance", 1.0, state.distance);
 }
 
 /* What the position loop adds to the speed loop, at each frequency: (1 - q) (1 + L of position) / (1 + L of speed). */
@@ -659,6 +714,7 @@ int main(void) {
   RUN_TEST(test_outer_loops_are_refused_by_their_name);
   RUN_TEST(test_of_several_bad_loops_the_innermost_is_named);
   RUN_TEST(test_a_tracker_is_judged_by_the_gains_of_its_kind);
+  RUN_TEST(test_the_least_integral_gain_is_one);
   RUN_TEST(test_the_limit_of_a_gain_is_that_of_its_polynomial);
   RUN_TEST(test_a_tracker_that_is_very_slow_is_stable);
   RUN_TEST(test_a_speed_loop_that_is_very_slow_is_stable);
@@ -668,6 +724,7 @@ int main(void) {
   RUN_TEST(test_narrow_bands_are_looked_at_closely);
   RUN_TEST(test_the_shipped_gains_have_their_answer_after_about_1030_frequencies);
   RUN_TEST(test_the_distance_to_instability_is_that_of_the_blocks);
+  RUN_TEST(test_a_set_that_is_refused_has_the_distance_of_its_nearest_loop);
   RUN_TEST(test_gains_that_follow_the_inertia_keep_their_distance);
   RUN_TEST(test_gains_that_follow_are_not_refused_for_the_gains_of_another_inertia);
   RUN_TEST(test_where_the_gyro_vanishes_the_encoder_alone_must_be_stable);

@@ -362,6 +362,22 @@ static void test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold(vo
   CHECK_NEAR("held after the change", held_nm, b.out.friction_nm, 1e-4);
 }
 
+/* What others know of the base's rate makes up for what the sensors of a source lack: other sensors lack something
+ * else, other gains do not. */
+static void test_the_rate_of_the_base_is_carried_on_until_the_source_of_the_rate_changes(void) {
+  bench b = bench_at_rest(false);
+  b.state.carried_rad_s = 0.05f;
+  run_tick(&b, 0.0f);
+  speed_loop_params changed = b.params;
+  changed.pi.proportional_gain *= 0.5f;
+  speed_loop_retune(&b.state, &b.params, &changed, &b.rates, &b.reference, b.applied_nm, dt_s);
+  CHECK_SAME("carried, rad/s", 0.05f, b.state.carried_rad_s);
+  speed_loop_params fused = changed;
+  fused.rate_fusion.source = RATE_FUSED;
+  speed_loop_retune(&b.state, &changed, &fused, &b.rates, &b.reference, b.applied_nm, dt_s);
+  CHECK_SAME("carried, rad/s", 0.0, b.state.carried_rad_s);
+}
+
 static void test_filters_that_are_switched_on_in_motion_start_settled(void) {
   bench b = bench_at_rest(true);
   run_seconds(&b, one_degree_s, 3.0);
@@ -626,6 +642,7 @@ int main(void) {
   RUN_TEST(test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns);
   RUN_TEST(test_friction_goes_from_feedforward_to_the_observer_and_back_without_an_error_of_the_rate);
   RUN_TEST(test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold);
+  RUN_TEST(test_the_rate_of_the_base_is_carried_on_until_the_source_of_the_rate_changes);
   RUN_TEST(test_filters_that_are_switched_on_in_motion_start_settled);
   RUN_TEST(test_a_restart_gives_the_holding_torque_whatever_the_filters_held);
   RUN_TEST(test_a_reset_forgets_how_fast_the_base_turned);

@@ -207,6 +207,65 @@ static void test_a_correction_is_carried_from_the_exposure_to_now(void) {
   CHECK_NEAR("error at the exposure, rad", 1e-3 * (double)gains.alpha, (double)state.error_rad - moved_rad, 1e-8);
 }
 
+/* The line of sight turns at 20 mrad/s, the target at 50 mrad/s and faster: what a frame says of the error now is its
+ * own error, without what the line of sight has turned since the exposure, and with what a target of the given rate
+ * has. The estimate, of which the frame has changed all three parts, has no part in it. */
+static void test_what_a_frame_says_alone_is_its_error_and_the_motion_since(void) {
+  const target_tracker_params params = example(TRACKER_PREDICTIVE);
+  target_tracker_state state;
+  target_tracker_reset(&state);
+  for (int tick = 0; tick < 200; ++tick) {
+    target_tracker_remember(&state, 0.02f);
+  }
+  state.ticks_since_frame = frame_ticks;
+  target_tracker_assume(&state, 1e-3f, 0.05f, 0.3f);
+  camera_frame frame = {.fresh = true, .valid = true, .age_ticks = 100, .error_rad = 5e-3f};
+  for (int since = 0; since < 30; ++since) {
+    (void)target_tracker_step(&state, &params, &frame, 0.02f, dt_s);
+    frame.fresh = false;
+    TEST_ASSERT_EQUAL(since, state.ticks_since_frame);
+    const double since_s = 1e-3 * (100 + since);
+    for (int i = -1; i <= 1; ++i) {
+      CHECK_NEAR("error, rad", 5e-3 + (0.04 * i - 0.02) * since_s,
+                 target_tracker_seen_rad(&state, 100, 0.04f * (float)i, dt_s), 2e-8);
+    }
+  }
+}
+
+/* A frame that is 100 ms old says that a target at rest is 1 mrad ahead, and is taken back in its tick. After 5 s
+ * without one a frame counts in full, and what the estimate was before it is not known. */
+static void test_a_frame_that_is_taken_back_leaves_the_estimate_before_it(void) {
+  const target_tracker_params params = example(TRACKER_PREDICTIVE);
+  target_tracker_state state;
+  target_tracker_reset(&state);
+  const camera_frame none = {.fresh = false};
+  const camera_frame frame = {.fresh = true, .valid = true, .age_ticks = 100, .error_rad = 3e-3f};
+  for (int tick = 0; tick < 200; ++tick) {
+    target_tracker_remember(&state, 0.0f);
+  }
+  static const int gaps_ticks[] = {1, frame_ticks, 5000};
+  for (int i = 0; i < 3; ++i) {
+    target_tracker_assume(&state, 2e-3f, 0.0f, 0.0f);
+    state.ticks_since_frame = gaps_ticks[i] - 1;
+    target_tracker_state without = state;
+    const target_tracker_gains gains = target_tracker_prepare_gains(&state, &params, dt_s);
+    target_tracker_params patient = params;
+    patient.coast_s = 10.0f;
+    (void)target_tracker_step(&state, &patient, &frame, 0.0f, dt_s);
+    (void)target_tracker_step(&without, &patient, &none, 0.0f, dt_s);
+    TEST_ASSERT_EQUAL(0, state.ticks_since_frame);
+    CHECK_NEAR("beyond the estimate, rad", i < 2 ? 1e-3 : 0.0, target_tracker_residual_rad(&state, &gains), 2e-8);
+    target_tracker_take_back(&state, &gains, 100, dt_s);
+    TEST_ASSERT_EQUAL(gaps_ticks[i], state.ticks_since_frame);
+    CHECK_SAME("untaken, rad", 0.0, state.untaken_rad);
+    if (i < 2) {
+      CHECK_NEAR("error, rad", without.error_rad, state.error_rad, 1e-8);
+      CHECK_NEAR("rate, rad/s", without.target_rate_rad_s, state.target_rate_rad_s, 1e-7);
+      CHECK_NEAR("acceleration, rad/s^2", without.target_acceleration_rad_s2, state.target_acceleration_rad_s2, 1e-6);
+    }
+  }
+}
+
 static void test_without_frames_it_coasts_on_the_targets_rate_and_then_stops(void) {
   bench b = bench_with(TRACKER_PREDICTIVE);
   for (int tick = 0; tick < 3001; ++tick) { /* the last frame comes with tick 3000 */
@@ -454,6 +513,8 @@ int main(void) {
   RUN_TEST(test_a_target_that_is_found_in_motion_is_followed_from_its_rate_on);
   RUN_TEST(test_the_delay_is_compensated_exactly_while_the_line_of_sight_moves);
   RUN_TEST(test_a_correction_is_carried_from_the_exposure_to_now);
+  RUN_TEST(test_what_a_frame_says_alone_is_its_error_and_the_motion_since);
+  RUN_TEST(test_a_frame_that_is_taken_back_leaves_the_estimate_before_it);
   RUN_TEST(test_without_frames_it_coasts_on_the_targets_rate_and_then_stops);
   RUN_TEST(test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_rate_of_the_line_of_sight);
   RUN_TEST(test_a_gap_between_frames_adds_at_most_a_tenth_of_a_second_to_the_integral);
