@@ -384,6 +384,23 @@ static void test_a_torque_that_swings_fast_is_not_the_current_sensor(void) {
   TEST_ASSERT_EQUAL(8, ticks);
 }
 
+/* 5 A more and less around 0: of 30 V across the inductance, a tolerance of 10 % explains 3 V more or less, and 4 V are
+ * no fault in any case. */
+static void test_an_inductance_within_its_tolerance_is_not_the_current_sensor(void) {
+  for (int wrong = 0; wrong < 2; ++wrong) {
+    bench b = new_bench();
+    b.limits.motor_tolerance = 0.1f;
+    b.motor.time_constant_s = 3e-3f / b.motor.resistance_ohm;
+    fault_set found = 0;
+    for (int i = 0; i < 20; ++i) {
+      const float rise_a = i == 0 ? 5.0f : i % 2 == 0 ? 10.0f : -10.0f;
+      b.in.tick_current_a += rise_a;
+      found |= step(&b, (wrong != 0 ? 1.24f : 1.23f) * 3e-3f * rise_a / DT_S);
+    }
+    TEST_ASSERT_EQUAL_HEX64(wrong != 0 ? fault_bit(FAULT_CURRENT_SENSOR) : 0, found & fault_bit(FAULT_CURRENT_SENSOR));
+  }
+}
+
 /* Motor data are true to 2060:22 only: three of 1,000 machines with 30 % less resistance tripped at 11 A. */
 static void test_a_resistance_within_its_tolerance_is_not_the_current_sensor(void) {
   TEST_ASSERT_EQUAL_HEX64(0, current_sensor_after(0.3f, 7.9f));
@@ -771,13 +788,18 @@ static void test_a_gyro_that_returns_is_compared_from_its_second_reading_on(void
 
 /* --- limits, just below and just above ---------------------------------------------------------------------------- */
 
-/* Ticks until the gyro, which differs by `difference_rad_s` from now on, disagrees with the encoder at this rate. */
-static int ticks_to_disagreement(float joint_rad_s, float difference_rad_s) {
+/* Ticks until the gyro, which differs by `difference_rad_s` from now on, disagrees with the encoder at this rate. What
+ * they differed by is forgotten after `forget_after` ticks; 0: never. */
+static int ticks_to_disagreement_when_forgotten(float joint_rad_s, float difference_rad_s, int forget_after) {
   bench b = new_bench();
   b.rate_rad_s = b.in.reference_rad_s = joint_rad_s;
   run(&b, 50);
   for (int ticks = 1; ticks <= 200; ++ticks) {
     const float before_rad_s = b.rate_rad_s;
+    if (ticks == forget_after + 1 && forget_after > 0) {
+      axis_protection_forget_differences(&b.state);
+      TEST_ASSERT_EQUAL(0, b.state.outliers.score);
+    }
     ++b.tick;
     b.in.angle += (angle_turn32)(int32_t)lrintf(before_rad_s * DT_S / ANGLE_RAD_PER_TURN32) + (unsigned)(b.tick & 1);
     b.in.gyro_rad_s = before_rad_s + difference_rad_s + 1e-6f * (float)(b.tick & 1);
@@ -787,6 +809,17 @@ static int ticks_to_disagreement(float joint_rad_s, float difference_rad_s) {
     }
   }
   return 0;
+}
+
+static int ticks_to_disagreement(float joint_rad_s, float difference_rad_s) {
+  return ticks_to_disagreement_when_forgotten(joint_rad_s, difference_rad_s, 0);
+}
+
+/* A difference of five times the limit passes the smoothing in its first tick, and counts in five. */
+static void test_a_difference_that_is_forgotten_counts_from_0_again(void) {
+  TEST_ASSERT_EQUAL(5, ticks_to_disagreement(0.0f, 0.1f));
+  TEST_ASSERT_EQUAL(4 + 5, ticks_to_disagreement_when_forgotten(0.0f, 0.1f, 4));
+  TEST_ASSERT_EQUAL(4 + 6, ticks_to_disagreement_when_forgotten(0.0f, 0.04f, 4));
 }
 
 /* 2060:2 and 2 % of the rate; a difference of twice the limit passes the smoothing of 3 ms in two ticks. */
@@ -1029,6 +1062,7 @@ int main(void) {
   RUN_TEST(test_a_reset_forgets_what_was_seen_but_not_how_warm_the_winding_is);
   RUN_TEST(test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_the_winding_is_warm);
   RUN_TEST(test_a_torque_that_swings_fast_is_not_the_current_sensor);
+  RUN_TEST(test_an_inductance_within_its_tolerance_is_not_the_current_sensor);
   RUN_TEST(test_a_resistance_within_its_tolerance_is_not_the_current_sensor);
   RUN_TEST(test_nothing_is_learned_from_a_broken_current_sensor);
   RUN_TEST(test_the_count_of_an_unexplained_voltage_rises_and_falls_by_one);
@@ -1055,6 +1089,7 @@ int main(void) {
   RUN_TEST(test_an_encoder_that_is_stale_now_and_then_is_named_and_not_the_gyro);
   RUN_TEST(test_a_shaking_that_both_sensors_show_is_no_outlier);
   RUN_TEST(test_a_gyro_that_returns_is_compared_from_its_second_reading_on);
+  RUN_TEST(test_a_difference_that_is_forgotten_counts_from_0_again);
   RUN_TEST(test_sensors_may_differ_by_the_base_rate_and_2_percent_of_the_rate);
   RUN_TEST(test_an_angle_may_jump_by_its_limit_but_not_further);
   RUN_TEST(test_an_axis_may_turn_at_its_limit_but_not_faster);

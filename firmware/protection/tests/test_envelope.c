@@ -440,6 +440,34 @@ static void test_a_stop_lasts_while_the_axis_turns_without_power(void) {
   TEST_ASSERT_FALSE(turn(&b, 1.4, 1).stop_ignored);
 }
 
+/* 650 ticks of a stop that is not followed, of which 700 are too many. Whatever ends it, the next one begins anew. */
+static void test_each_ordered_stop_begins_anew(void) {
+  enum { OPERATION, BRAKES, NO_ANGLE, RELEASE, REST, ENDS };
+  for (int how = 0; how < ENDS; ++how) {
+    bench b = new_bench();
+    b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+    (void)turn(&b, 1.4, 10);
+    b.phase = ENVELOPE_STOPPING;
+    TEST_ASSERT_FALSE(turn(&b, 1.4, 650).stop_ignored);
+    b.phase = how == OPERATION ? ENVELOPE_RUNNING : how == BRAKES ? ENVELOPE_BRAKING : b.phase;
+    b.angle_valid = how != NO_ANGLE;
+    if (how == RELEASE) {
+      envelope_release(&b.state);
+    } else if (how == REST) { /* without power, before someone turns it again */
+      b.phase = ENVELOPE_POWERLESS;
+      b.powered = false;
+      (void)turn(&b, 0.0, 6);
+    }
+    (void)turn(&b, 1.4, how == RELEASE ? 0 : 3);
+    b.phase = ENVELOPE_STOPPING;
+    b.powered = b.angle_valid = true;
+    for (int tick = 0; tick < 650; ++tick) {
+      TEST_ASSERT_EQUAL_HEX(0, turn(&b, 1.4, 1).found);
+    }
+    TEST_ASSERT_TRUE(turn(&b, 1.4, 100).stop_ignored);
+  }
+}
+
 static void test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms(void) {
   for (double acceleration = -1.9; acceleration < 10.0; acceleration += 1.9) {
     bench b = new_bench();
@@ -639,6 +667,7 @@ int main(void) {
   RUN_TEST(test_an_overshoot_of_an_ordered_stop_is_seen_in_its_tick);
   RUN_TEST(test_an_axis_that_coasts_without_an_ordered_stop_may_go_on);
   RUN_TEST(test_a_stop_lasts_while_the_axis_turns_without_power);
+  RUN_TEST(test_each_ordered_stop_begins_anew);
   RUN_TEST(test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms);
   RUN_TEST(test_braking_fails_30_ticks_after_it_has_its_current);
   RUN_TEST(test_each_braking_begins_anew);

@@ -394,7 +394,9 @@ static void test_an_offset_that_was_forgotten_is_unknown_until_it_is_measured_ag
   motor_witness_forget(&b.witness);
   CHECK_SAME("A", 0.05f, motor_witness_zero_error_a(&b.witness));
   agree(&b, 0.0f, 0.0f, 300);
-  rest_off(&b, 50);
+  rest_off(&b, 49);
+  CHECK_SAME("A", 0.05f, motor_witness_zero_error_a(&b.witness));
+  rest_off(&b, 1);
   CHECK_SAME("A", 0.0, motor_witness_zero_error_a(&b.witness));
 }
 
@@ -434,6 +436,24 @@ static void test_at_full_current_an_error_of_9_V_is_found(void) {
   rest_off(&b, 60);
   agree(&b, 16.0f, 0.0f, 300);
   TEST_ASSERT_TRUE(ticks_until(&b, MOTOR_CONTRADICTS, 16.0f, 9.0f / KE, 0.0f, 200) > 0);
+}
+
+/* Not even before it has lasted long enough to be a verdict: the intervals drift apart only. */
+static void test_nothing_is_learned_while_the_voltage_contradicts(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  agree(&b, 4.0f, 0.0f, 1000);
+  int ticks = 0;
+  for (; b.witness.verdict == MOTOR_AGREES && ticks < 100; ++ticks) {
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, step(&b, 4.0f, 0.2f, 0.0f));
+  }
+  TEST_ASSERT_EQUAL(MOTOR_CONTRADICTS, b.witness.verdict);
+  const motor_interval r = b.witness.resistance;
+  for (int more = 1; more < MOTOR_WITNESS_TICKS; ++more) {
+    TEST_ASSERT_EQUAL(more + 1 < MOTOR_WITNESS_TICKS ? MOTOR_AGREES : MOTOR_CONTRADICTS, step(&b, 4.0f, 0.2f, 0.0f));
+    CHECK_NEAR("lowest R", (double)r.low - 0.03e-3 * more, b.witness.resistance.low, 1e-6);
+    CHECK_NEAR("highest R", (double)r.high + 0.03e-3 * more, b.witness.resistance.high, 1e-6);
+  }
 }
 
 static void test_a_contradiction_that_ends_is_forgotten(void) {
@@ -513,6 +533,7 @@ int main(void) {
   RUN_TEST(test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor);
   RUN_TEST(test_ticks_with_an_error_beyond_the_voltage_mismatch_are_not_counted);
   RUN_TEST(test_at_full_current_an_error_of_9_V_is_found);
+  RUN_TEST(test_nothing_is_learned_while_the_voltage_contradicts);
   RUN_TEST(test_a_contradiction_that_ends_is_forgotten);
   RUN_TEST(test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothing);
   RUN_TEST(test_each_motor_datum_that_changes_makes_what_was_learned_void);

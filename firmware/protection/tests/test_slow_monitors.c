@@ -121,6 +121,16 @@ static void test_what_a_broken_or_missing_sensor_adds_is_no_drift(void) {
   }
   setUp();
   b.limits.fixed_base_rad = 0.005f;
+  const int ticks = ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 1000);
+  setUp();
+  b.limits.fixed_base_rad = 0.005f;
+  for (int i = 1; i <= ticks; ++i) { /* it breaks in the window in which they would have drifted too far */
+    b.broken = i == ticks - 1 ? fault_bit(FAULT_GYRO_STUCK) : 0;
+    TEST_ASSERT_EQUAL_HEX64(0, step(0.0f, 0.019f));
+  }
+  TEST_ASSERT_EQUAL(ticks - SLOW_MONITOR_TICKS, ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 1000));
+  setUp();
+  b.limits.fixed_base_rad = 0.005f;
   b.protection.gyro_missing_ticks = 1;
   TEST_ASSERT_EQUAL(0, ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 2000));
   b.protection.gyro_missing_ticks = 0;
