@@ -124,6 +124,9 @@ static void test_a_lost_bus_gives_no_duty_and_no_windup(void) {
   CHECK_SAME("duty without any bus", 0.0, b.duty);
   run_period(&b, 5.0f, 0.0, -48.0f);
   CHECK_SAME("duty at a negative bus", 0.0, b.duty);
+  b.current_a = 0.0;
+  run_period(&b, 5.0f, 0.0, 1.0f);
+  CHECK_NEAR("duty from 1 V on", b.params.duty_limit, b.duty, 1e-6);
 }
 
 static void test_the_duty_limit_of_the_parameters_counts(void) {

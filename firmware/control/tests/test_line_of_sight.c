@@ -160,11 +160,15 @@ static void test_a_camera_that_is_rolled_and_offset_gives_errors_along_cross_ele
 }
 
 static void test_mountings_out_of_range_are_refused(void) {
-  const camera_mounting good = {.roll_rad = -SCALAR_PI, .boresight = {0.5f, -0.5f}};
-  CHECK_STATUS(CONTROL_OK, camera_mounting_check(&good));
-  const camera_mounting wrong[] = {{3.2f, {0.0f, 0.0f}}, {0.0f, {0.51f, 0.0f}}, {0.0f, {0.0f, -0.51f}}};
-  for (unsigned i = 0; i < sizeof wrong / sizeof wrong[0]; ++i) {
-    CHECK_STATUS(CONTROL_OUT_OF_RANGE, camera_mounting_check(&wrong[i]));
+  for (int side = -1; side <= 1; side += 2) {
+    const float sign = (float)side;
+    const camera_mounting good = {.roll_rad = sign * SCALAR_PI, .boresight = {sign * 0.5f, sign * -0.5f}};
+    CHECK_STATUS(CONTROL_OK, camera_mounting_check(&good));
+    const camera_mounting wrong[] = {
+        {sign * 3.2f, {0.0f, 0.0f}}, {0.0f, {sign * 0.51f, 0.0f}}, {0.0f, {0.0f, sign * 0.51f}}};
+    for (unsigned i = 0; i < sizeof wrong / sizeof wrong[0]; ++i) {
+      CHECK_STATUS(CONTROL_OUT_OF_RANGE, camera_mounting_check(&wrong[i]));
+    }
   }
   const camera_mounting nothing = {NAN, {0.0f, 0.0f}};
   CHECK_STATUS(CONTROL_NOT_FINITE, camera_mounting_check(&nothing));

@@ -353,7 +353,8 @@ static double turn_between(loop_complex from, loop_complex to) {
                     (double)from.re * (double)to.re + (double)from.im * (double)to.im));
 }
 
-/* Sets of any gains and delays, most of them refused: up to the verdict no curve turns further in a step. */
+/* Sets of any gains and delays, most of them refused: up to the verdict no curve turns further in a step, and no step
+ * is more than twice as long as the one before. */
 static void test_no_step_turns_a_curve_by_more_than_its_limit(void) {
   random_source source = {5};
   double largest = 0.0;
@@ -376,6 +377,7 @@ static void test_no_step_turns_a_curve_by_more_than_its_limit(void) {
     while (state.verdict == LOOP_RUNNING) {
       const loop_stability before = state;
       (void)loop_stability_step(&state, &in, 1);
+      TEST_ASSERT_TRUE_MESSAGE(state.omega == 0.0f || state.step <= 2.0f * before.step, "a step grew too much");
       for (int i = 0;
            state.verdict == LOOP_RUNNING && before.evaluations > 0 && state.omega > before.omega && i < LOOP_COUNT;
            ++i) {
@@ -607,6 +609,7 @@ static void test_the_last_operating_point_is_judged_by_its_turns(void) {
   TEST_ASSERT_EQUAL(LOOP_REFUSED, state.verdict);
   TEST_ASSERT_EQUAL(LOOP_OPERATING_POINTS - 1, state.point);
   CHECK_AT_LEAST("distance", 0.5, state.distance);
+  CHECK_AT_MOST("frequencies: its last one ends it", 662, state.evaluations);
   in.plant.damping_nm_s_rad = 300.0f;
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
 }

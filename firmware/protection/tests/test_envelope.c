@@ -379,6 +379,13 @@ static void test_without_an_angle_nothing_is_judged_until_five_ticks_are_known(v
   b.angle_valid = true;
   TEST_ASSERT_FALSE(turn(&b, 1.5, 4).too_fast);
   TEST_ASSERT_TRUE(turn(&b, 1.5, 1).too_fast);
+  b.angle_valid = b.powered = false; /* lost again; who cannot be trusted meanwhile no longer turns by the drive */
+  (void)turn(&b, 1.5, 1);
+  b.angle_valid = true;
+  b.phase = ENVELOPE_UNTRUSTED;
+  (void)turn(&b, 1.5, 2);
+  b.phase = ENVELOPE_POWERLESS;
+  TEST_ASSERT_FALSE(turn(&b, 1.5, 10).too_fast);
 }
 
 /* A ramp of 1 rad/s^2 with a gentle begin and end is followed; a rate that stays is not, nor one that grows. */
