@@ -8,6 +8,7 @@ import resource
 import shlex
 import signal
 import subprocess
+import tempfile
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -83,12 +84,13 @@ class Build:
             parts = re.match(r".*CMakeFiles/(\w+)\.dir/(?:.*/)?([^/]+)\.o$", output)
             if parts:  # else a precompiled header
                 members[parts[1], parts[2]] = source
-        map_file = self.folder / "mutation" / "link.map"
-        map_file.parent.mkdir(exist_ok=True)
         command = [word for word in link if word != "-fuse-ld=mold"]  # the map is read in GNU ld's form
-        command[command.index("-o") + 1] = str(map_file.with_suffix(".out"))
-        subprocess.run([*command, f"-Wl,-Map={map_file}"], check=True, cwd=self.folder)
-        found = (ARCHIVE_MEMBER.match(line) for line in map_file.read_text().splitlines())
+        with tempfile.TemporaryDirectory() as folder:
+            map_file = Path(folder) / "link.map"
+            command[command.index("-o") + 1] = str(map_file.with_suffix(".out"))
+            subprocess.run([*command, f"-Wl,-Map={map_file}"], check=True, cwd=self.folder)
+            lines = map_file.read_text().splitlines()
+        found = (ARCHIVE_MEMBER.match(line) for line in lines)
         return {members[match[1], match[2]] for match in found if match and (match[1], match[2]) in members}
 
     @staticmethod
