@@ -161,18 +161,14 @@ static loop_verdict refuse(axis_tuning *tuning, parameter_refusal refusal) {
 
 /* Those in force have been judged, with the motor of that time. So its current limit may be lowered for a first
  * power-up without a change of the friction model. */
-static bool feedforward_changes(const axis_tuning *tuning) {
-  const uint16_t friction_feedforward = 0x2030;
-  const axis_parameters *next = &tuning->staged;
-  const axis_parameters *now = &tuning->active;
+#define CHANGE_NOTHING(...)
+#define CHANGE_ROW(index_, sub_, flags_, group_, member_, ...) \
+  changes = changes || ((index_) == FRICTION_FEEDFORWARD && next->group_.member_ != now->group_.member_);
+#define CHANGE_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(CHANGE_ROW, sub_, side_, title_)
+static bool feedforward_changes(const axis_parameters *next, const axis_parameters *now) {
+  enum { FRICTION_FEEDFORWARD = 0x2030 };
   bool changes = next->speed_loop.acceleration_inertia_kg_m2 != now->speed_loop.acceleration_inertia_kg_m2;
-  /* Bound: rows of a table, which is constant. */
-  for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
-    const od_entry *entry = &axis_parameters_table.entries[i];
-    if (entry->index == friction_feedforward && axis_parameters_has(entry)) {
-      changes = changes || axis_parameters_value(next, entry) != axis_parameters_value(now, entry);
-    }
-  }
+  AXIS_PARAMETERS(CHANGE_NOTHING, CHANGE_ROW, CHANGE_ROW, CHANGE_ROW, CHANGE_DIRECTION, CHANGE_NOTHING)
   return changes;
 }
 
@@ -184,7 +180,7 @@ loop_verdict axis_tuning_judge(axis_tuning *tuning) {
       return LOOP_STABLE;
     }
     const parameter_refusal feedforward = feedforward_check(&tuning->staged);
-    const bool refused = feedforward.status != CONTROL_OK && feedforward_changes(tuning);
+    const bool refused = feedforward.status != CONTROL_OK && feedforward_changes(&tuning->staged, &tuning->active);
     return refused ? refuse(tuning, feedforward) : LOOP_RUNNING;
   }
   const loop_verdict verdict = tuning->judgement.verdict;

@@ -51,6 +51,11 @@ static void test_the_start_makes_one_set_staged_active_and_in_force(void) {
   TEST_ASSERT_EQUAL(CONTROL_OK, tuning.last_result);
   TEST_ASSERT_EQUAL(CONTROL_OK, tuning.refusal.status);
   TEST_ASSERT_EQUAL_HEX32(0, tuning.stored_crc);
+  const uint32_t changes = tuning.changes;
+  tuning.overridden = true;
+  TEST_ASSERT_EQUAL(CONTROL_OK, axis_tuning_start(&tuning, &defaults, &in_force));
+  TEST_ASSERT_EQUAL_UINT32(changes + 1, tuning.changes);
+  TEST_ASSERT_FALSE(tuning.overridden);
 }
 
 static void test_a_start_with_a_wrong_set_is_refused_and_changes_nothing(void) {
@@ -230,10 +235,12 @@ static void test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_s
 
 /* Little inertia at the zenith: the azimuth's gains follow it, and another axis would shake. */
 static void test_the_azimuths_gains_are_judged_as_they_follow_its_inertia(void) {
+  tuning.staged.plant.gyro_mounting = (uint32_t)GYRO_ON_LINE_OF_SIGHT;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  TEST_ASSERT_FALSE(tuning.judged.gyro_vanishes); /* the pitch axis: its gyro measures all of its rate */
   tuning.staged.plant.min_inertia_kg_m2 = 0.1f;
   TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
   tuning.gains_follow = true;
-  tuning.staged.plant.gyro_mounting = (uint32_t)GYRO_ON_LINE_OF_SIGHT;
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
   TEST_ASSERT_TRUE(tuning.judged.gains_follow);
   TEST_ASSERT_TRUE(tuning.judged.gyro_vanishes);
@@ -264,7 +271,11 @@ static void test_a_lower_current_limit_keeps_the_feedforward_in_force(void) {
   tuning.staged.friction.positive.coulomb_nm = tuning.active.friction.positive.coulomb_nm = 7.0f;
   tuning.staged.friction.positive.breakaway_nm = tuning.active.friction.positive.breakaway_nm = 9.0f;
   tuning.staged.motor.current_limit_a = 1.0f;
+  tuning.staged.speed_loop.proportional_nm_s_rad = 700.0f; /* no part of it */
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  tuning.active.friction.positive.coulomb_nm = 6.0f; /* taken back: the same staged set is now a change */
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning));
+  tuning.active.friction.positive.coulomb_nm = 7.0f;
   tuning.staged.friction.positive.coulomb_nm = 8.0f;
   TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning));
   TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2030, 7), tuning.refusal.object);
