@@ -350,7 +350,6 @@ static parameter_store_state work(parameter_store *store) {
   parameter_save *save = &store->save;
   if (!save->placed) {
     place(store);
-    return PARAMETER_STORE_BUSY;
   }
   if (!go_on(store, save)) {
     return PARAMETER_STORE_FAILED;
