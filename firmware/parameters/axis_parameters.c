@@ -109,10 +109,10 @@ static parameter_refusal design_lowpass(const axis_parameters *p, biquad_params 
   const control_status status =
       hz == 0.0f ? CONTROL_OK
                  : biquad_design_lowpass(lowpass, RAD_PER_TURN * hz, p->filters.lowpass_damping, SERVO_TICK_S);
-  if (status == CONTROL_OK) {
-    return (parameter_refusal){.status = CONTROL_OK};
+  if (status != CONTROL_OK) {
+    return refuse(status, PARAMETER_OBJECT(0x2040, 4), 0, LOWEST_FILTER_HZ, HIGHEST_FILTER_HZ);
   }
-  return refuse(status, PARAMETER_OBJECT(0x2040, 4), 0, LOWEST_FILTER_HZ, HIGHEST_FILTER_HZ);
+  return (parameter_refusal){.status = CONTROL_OK};
 }
 
 /* --- into the blocks ---------------------------------------------------------------------------------------------- */
