@@ -8,6 +8,7 @@
 
 #define COMMISSIONING_KIND 2.0f
 #define ENDLESS_KIND 1.0f
+#define HALF_TURN_RAD 3.14159265f
 
 /* After a second without an angle the axis may have turned by more than half a turn. */
 enum { FORGET_TICKS = 250 }; /* of axis_monitor_locate */
@@ -288,10 +289,14 @@ void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive) {
   }
 }
 
-/* Readings that jump may have counted hundreds of turns: from within one turn on again, if the travel tells which. */
+/* Readings that jump may have counted hundreds of turns: as at the start, from within half a turn of the encoder's
+ * zero. Without end stops the count stays, because nothing tells the turn. */
 static void count_anew(axis_monitor *monitor, drive_axis *drive) {
-  if (protection_has_travel(&monitor->limits)) {
-    drive_axis_shift(drive, -(int)(drive->position / (INT64_C(1) << 32)));
+  const float kind = monitor->limits.travel_kind;
+  const bool endless = kind >= ENDLESS_KIND && kind < COMMISSIONING_KIND;
+  if (protection_has_travel(&monitor->limits) || !endless) {
+    const drive_angle within_turn = (int32_t)(angle_turn32)drive->position;
+    drive_axis_shift(drive, (int)((within_turn - drive->position) / (INT64_C(1) << 32)));
     monitor->turn = 0;
   }
 }
@@ -348,12 +353,38 @@ static fault_set judge_slowly(axis_monitor *monitor, const protection_motor *mot
   return monitor->slow.found;
 }
 
+/* Fault 2 does not compare across ticks without an angle. Farther away than the axis can have got, the next angle may
+ * count a turn too many. */
+static void look_across_a_gap(axis_monitor *monitor) {
+  const protection_inputs *seen = &monitor->seen;
+  if (!seen->angle_valid) {
+    monitor->gap_ticks = (uint16_t)(monitor->gap_ticks + (monitor->gap_ticks < UINT16_MAX ? 1u : 0u));
+    return;
+  }
+  if (monitor->gap_ticks > 0) {
+    const float passed_s = (float)(monitor->gap_ticks + 1) * SERVO_TICK_S;
+    const float farthest_rad = monitor->limits.overspeed_rad_s * passed_s + monitor->limits.encoder_jump_rad;
+    const float moved_rad = angle_difference_rad(seen->angle, monitor->last_angle);
+    const bool near = farthest_rad < HALF_TURN_RAD && scalar_within(moved_rad, farthest_rad);
+    monitor->jumped = monitor->jumped || !near;
+    monitor->gap_ticks = 0;
+  }
+  monitor->last_angle = seen->angle;
+}
+
+/* A rate that a long window has delayed is behind for RUNAWAY_TICKS and some after the window got shorter. */
+static float delay_of_rate_s(float before_s, const rate_estimator_params *params) {
+  const float delay_s = 0.5f * (float)(params->window_ticks - 2) * SERVO_TICK_S;
+  return scalar_max(delay_s, before_s - 0.2f * SERVO_TICK_S);
+}
+
 void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis,
                         const axis_monitor_setting *setting) {
   const servo_axis_params *params = &board->app.params.axis[axis];
   const servo_axis_command *command = &board->command.axis[axis];
   const protection_motor motor = motor_of(params);
-  monitor->seen.rate_delay_s = 0.5f * (float)(params->speed.rate_estimator.window_ticks - 2) * SERVO_TICK_S;
+  look_across_a_gap(monitor);
+  monitor->seen.rate_delay_s = delay_of_rate_s(monitor->seen.rate_delay_s, &params->speed.rate_estimator);
   const fault_set found =
       axis_protection_judge(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
   monitor->oscillates =

@@ -44,6 +44,8 @@ typedef struct {
   bool jumped;    /* since the start position was looked for; the count may be off by turns */
   /* Of the deferred task alone: behind what the tick reaches with short offsets. */
   slow_monitors slow;
+  angle_turn32 last_angle; /* the last valid one */
+  uint16_t gap_ticks;      /* without an angle since then */
 } axis_monitor;
 
 /* Why an axis moves slowly or is not enabled; bits of 2061:1. */

@@ -87,7 +87,7 @@ static void take_message(target_tracking *self) {
     camera_input_refuse(&self->frames, CAMERA_PICTURE_WRONG);
     return;
   }
-  if (self->arrived) {
+  if (self->arrived && message->counter != self->message.counter) {
     camera_input_refuse(&self->frames, CAMERA_NOT_NEWER); /* the one before in this ms */
   }
   self->exposure_age = find_age(self);

@@ -310,6 +310,10 @@ fault_set axis_protection_judge(axis_protection *p, const protection_limits *lim
                                      .current_a = in->mean_current_a,
                                      .now_a = in->tick_current_a,
                                      .rate_rad_s = p->last_step_rad / dt_s};
+  if (p->gyro_missing_ticks > 0) { /* what it said before says nothing of what it says when it is back */
+    axis_protection_forget_differences(p);
+    p->saturated_ticks = 0;
+  }
   const motor_verdict verdict = motor_witness_step(&p->witness, &witness, &data, &seen, dt_s);
   motor_witness_learn(&p->witness, &witness, dt_s);
   if (verdict != MOTOR_AGREES || p->mismatch_ticks >= MISMATCH_TICKS) {

@@ -4,7 +4,7 @@
  *     candidates    all whole k with   minimum - margin <= lowest count + 2 pi k,   highest count + 2 pi k <= maximum +
  * margin
  *
- * The drive counts turns from the start; "count" is the angle counted since then, from within half a turn of the
+ * The drive counts turns from the start, and anew after a jump of the encoder; "count" is the angle counted since then, from within half a turn of the
  * encoder's zero. Lowest and highest are of the whole time since the start, so motion excludes candidates. With exactly
  * one candidate the position is known: count + 2 pi k. With several it is not known until motion has excluded the
  * others or the operator has confirmed the turn. Without a candidate nothing changes: a known position stays known when

@@ -53,8 +53,9 @@ void repair_clock(BoardRig& rig) {
 // Its filtered difference from the gyro has decayed, and its position is known again.
 void end_garbage(BoardRig& rig, int axis) {
   rig.machine.encoder(axis).sends_garbage = false;
+  rig.machine.encoder(axis).sends_noise = false;
   rig.client.pass(200);
-  TEST_ASSERT_EQUAL_MESSAGE(0, rig.client.read(0x2061, 1).value_or(99), "restrictions");
+  TEST_ASSERT_EQUAL_MESSAGE(0, rig.client.read(axis == 0 ? 0x2061 : 0x2861, 1).value_or(99), "restrictions");
   TEST_ASSERT_DOUBLE_WITHIN(1e-3, rig.truth().joint_angle_rad[static_cast<std::size_t>(axis)],
                             1e-7 * static_cast<std::int32_t>(rig.client.read(axis == 0 ? 0x6064 : 0x6864).value_or(0)));
 }
@@ -68,6 +69,8 @@ const Harm kSensorHarms[] = {
      [](BoardRig& rig, int axis) { rig.machine.encoder(axis).flipped_bits = 0; }, fault_bit(FAULT_ENCODER_LOST), 3},
     {"encoder: garbage, right CRC", [](BoardRig& rig, int axis) { rig.machine.encoder(axis).sends_garbage = true; },
      end_garbage, fault_bit(FAULT_ENCODER_JUMP), 3},
+    {"encoder: random bits", [](BoardRig& rig, int axis) { rig.machine.encoder(axis).sends_noise = true; }, end_garbage,
+     fault_bit(FAULT_ENCODER_LOST) | fault_bit(FAULT_ENCODER_JUMP), 3},
     {"gyro: wire broken", [](BoardRig& rig, int axis) { rig.machine.gyro(axis).is_connected = false; },
      [](BoardRig& rig, int axis) { rig.machine.gyro(axis).is_connected = true; }, fault_bit(FAULT_GYRO_LOST), 10},
     {"gyro: wrong CRC", [](BoardRig& rig, int axis) { rig.machine.gyro(axis).breaks_crc = true; },

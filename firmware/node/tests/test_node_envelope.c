@@ -6,6 +6,7 @@
 
 enum {
   PROTECTION = 0x2060,
+  OVERSPEED = 1,
   TRAVEL_MINIMUM = 9,
   TRAVEL_MAXIMUM,
   STOPPING_MARGIN = 17,
@@ -300,7 +301,7 @@ static void test_after_readings_that_count_hundreds_of_turns_the_turn_is_found_a
   for (int sign = -1; sign <= 1; sign += 2) {
     start_at(100.0 / 360.0);
     limit_travel(10.0f * DEGREES, 350.0f * DEGREES);
-    for (int ms = 0; ms < 1000; ++ms) {
+    for (int ms = 0; ms < 1000 + sign; ++ms) {
       machine.axis[0].turns += 0.38 * sign;
       wait_ms(1);
     }
@@ -311,14 +312,95 @@ static void test_after_readings_that_count_hundreds_of_turns_the_turn_is_found_a
   }
 }
 
+/* It reads -100 degrees and is at 260; afterwards it counts as after a start, in each phase of the search. */
 static void test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown(void) {
-  start_at(-100.0 / 360.0);
-  limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
-  SET(ENVELOPE, CONFIRMED, 1);
+  for (uint32_t phase = 0; phase < 4; ++phase) {
+    start_at(-100.0 / 360.0);
+    limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
+    SET(ENVELOPE, CONFIRMED, 1);
+    wait_ms(8);
+    TEST_ASSERT_EQUAL(0, restrictions());
+    read_a_turn_too_many(4 + phase);
+    TEST_ASSERT_EQUAL(2, restrictions());
+    TEST_ASSERT_EQUAL(0, get(ENVELOPE, LOWEST_TURN) & 0xFF);
+    TEST_ASSERT_EQUAL(1, get(ENVELOPE, HIGHEST_TURN) & 0xFF);
+    CHECK_NEAR("1e-7 rad", -100.0 * 174532.925, (double)(int32_t)get(0x6064, 0), 100.0);
+  }
+}
+
+static void encoder_reads(double turns, bool valid) {
+  machine.axis[0].turns = turns;
+  machine.axis[0].encoder_failed = !valid;
+  wait_ms(1);
+}
+
+/* Two wrong readings between ticks without one count a turn too many; fault 2 does not see them. */
+static void test_wrong_readings_between_ticks_without_one_do_not_count_a_turn(void) {
+  for (uint32_t phase = 0; phase < 4; ++phase) {
+    start_at(0.0);
+    limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
+    wait_ms(4 + phase);
+    for (int part = 1; part <= 2; ++part) {
+      encoder_reads(0.0, false);
+      encoder_reads(0.35 * part, true);
+    }
+    encoder_reads(0.0, false);
+    machine.axis[0].encoder_failed = false;
+    wait_ms(20);
+    TEST_ASSERT_EQUAL(0, restrictions());
+    CHECK_NEAR("1e-7 rad", 0.0, (double)(int32_t)get(0x6064, 0), 100.0);
+  }
+}
+
+/* Lost at 240 degrees (it reads -120) for 1.1 s: the turn is forgotten. One wrong reading of 30 degrees has one turn.
+ */
+static void test_one_wrong_reading_does_not_tell_the_turn(void) {
+  for (uint32_t phase = 0; phase < 4; ++phase) {
+    start_at(-120.0 / 360.0);
+    limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
+    SET(ENVELOPE, CONFIRMED, 1);
+    machine.axis[0].encoder_failed = true;
+    wait_ms(1100 + phase);
+    encoder_reads(30.0 / 360.0, true);
+    encoder_reads(30.0 / 360.0, false);
+    machine.axis[0].turns = -120.0 / 360.0;
+    wait_ms(20);
+    machine.axis[0].encoder_failed = false;
+    wait_ms(20);
+    TEST_ASSERT_EQUAL(2, restrictions());
+  }
+}
+
+/* 2060:1 = 10 rad/s: in 0.9 s without an angle the axis may have turned by more than half a turn. It was at 0, and 0.8
+ * turns further there is no other turn within the travel. */
+static void test_a_fast_axis_without_an_angle_for_long_may_be_a_turn_further(void) {
+  start_at(0.0);
+  limit_travel(-350.0f * DEGREES, 350.0f * DEGREES);
+  SET_FLOAT(PROTECTION, OVERSPEED, 10.0f);
   wait_ms(8);
-  TEST_ASSERT_EQUAL(0, restrictions());
-  read_a_turn_too_many(4);
+  encoder_reads(0.0, false);
+  wait_ms(900);
+  encoder_reads(0.8, true);
+  wait_ms(20);
   TEST_ASSERT_EQUAL(2, restrictions());
+}
+
+/* 7 ms with 16 angles; after the return to two it fades by 0.2 ms in a ms. */
+static void test_the_delay_of_the_rate_follows_its_window(void) {
+  SET(ACCESS, 1, OPEN);
+  SET(0x2050, 3, 16);
+  SET(0x2070, 1, 4); /* without a check */
+  wait_ms(2);
+  const float *delay_s = &node.axis[0].monitor.seen.rate_delay_s;
+  CHECK_NEAR("s", 7e-3, *delay_s, 1e-6);
+  SET(0x2050, 3, 2);
+  SET(0x2070, 1, 1);
+  wait_ms(2);
+  CHECK_AT_LEAST("s", 6e-3, *delay_s);
+  wait_ms(24);
+  CHECK_AT_LEAST("s", 1e-3, *delay_s);
+  wait_ms(20);
+  CHECK_NEAR("s", 0.0, *delay_s, 1e-9);
 }
 
 /* Pushed by hand at 0.15 rad/s; whether the axis says within 100 ms that it moves away from its travel. */
@@ -372,6 +454,10 @@ int main(void) {
   RUN_TEST(test_after_an_encoder_that_jumps_the_turn_is_found_again);
   RUN_TEST(test_after_readings_that_count_hundreds_of_turns_the_turn_is_found_again);
   RUN_TEST(test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown);
+  RUN_TEST(test_wrong_readings_between_ticks_without_one_do_not_count_a_turn);
+  RUN_TEST(test_one_wrong_reading_does_not_tell_the_turn);
+  RUN_TEST(test_a_fast_axis_without_an_angle_for_long_may_be_a_turn_further);
+  RUN_TEST(test_the_delay_of_the_rate_follows_its_window);
   RUN_TEST(test_an_axis_outside_of_its_travel_is_moved_inwards_only);
   return UNITY_END();
 }

@@ -49,6 +49,7 @@ class BissEncoder : public SpiDevice {
   bool has_error = false;
   bool has_warning = false;
   bool sends_garbage = false;  // another position each time, with the right CRC
+  bool sends_noise = false;    // random bits: the CRC is right by chance
   unsigned flipped_bits = 0;   // of the position as sent, after the CRC was made
   unsigned acknowledge_bits = 6;
 
@@ -76,11 +77,20 @@ class BissEncoder : public SpiDevice {
     return ~remainder & 0x3FU;
   }
 
+  // Xorshift (Marsaglia).
+  std::uint32_t random_bits() {
+    random_ ^= random_ << 13;
+    random_ ^= random_ >> 17;
+    random_ ^= random_ << 5;
+    return random_;
+  }
+
   void load() {
-    const auto garbage = static_cast<std::uint32_t>(frames_) * 0x9E3779B9U;
-    const std::uint32_t position = (sends_garbage ? garbage : reading_()) >> (32 - kPositionBits);
+    const std::uint32_t position = (sends_garbage ? random_bits() : reading_()) >> (32 - kPositionBits);
     const std::uint32_t checked = position << 2 | (has_error ? 0U : 2U) | (has_warning ? 0U : 1U);
-    const std::uint64_t data = static_cast<std::uint64_t>(checked ^ flipped_bits << 2) << 6 | crc(checked);
+    const std::uint64_t noise = static_cast<std::uint64_t>(random_bits()) << 2 | random_bits() >> 30;
+    const std::uint64_t sent = static_cast<std::uint64_t>(checked ^ flipped_bits << 2) << 6 | crc(checked);
+    const std::uint64_t data = sends_noise ? noise : sent;
     const unsigned before = 2 + acknowledge_bits + 2;  // idle, acknowledge, start, CDS
     stream_ = 3ULL << 62 | 1ULL << (64 - before + 1) | data << (64 - before - 34);
     ++frames_;
@@ -91,6 +101,7 @@ class BissEncoder : public SpiDevice {
   std::uint64_t stream_ = 0;
   Instant pause_begins_ = 0;
   int frames_ = 0;
+  std::uint32_t random_ = 0x2545F491;
 };
 
 }  // namespace trackservo::target
