@@ -4,12 +4,12 @@
  *     candidates    all whole k with   minimum - margin <= lowest count + 2 pi k,   highest count + 2 pi k <= maximum +
  * margin
  *
- * The drive counts turns from the start, and anew after a jump of the encoder; "count" is the angle counted since then, from within half a turn of the
- * encoder's zero. Lowest and highest are of the whole time since the start, so motion excludes candidates. With exactly
- * one candidate the position is known: count + 2 pi k. With several it is not known until motion has excluded the
- * others or the operator has confirmed the turn. Without a candidate nothing changes: a known position stays known when
- * the travel is made smaller than what the axis has visited. The margin covers the distance from the hard travel to the
- * end stops, and an axis that was pushed beyond the hard travel. */
+ * The drive counts turns from the start, and anew after a jump of the encoder; "count" is the angle counted since
+ * then, from within half a turn of the encoder's zero. Lowest and highest are of the whole time since the start, so
+ * motion excludes candidates. With exactly one candidate the position is known: count + 2 pi k. With several it is not
+ * known until motion has excluded the others or the operator has confirmed the turn. Without a candidate nothing
+ * changes: a known position stays known when the travel is made smaller than what the axis has visited. The margin
+ * covers the distance from the hard travel to the end stops, and an axis that was pushed beyond the hard travel. */
 #ifndef TRACKSERVO_PROTECTION_START_POSITION_H
 #define TRACKSERVO_PROTECTION_START_POSITION_H
 
