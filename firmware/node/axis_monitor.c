@@ -8,10 +8,9 @@
 
 #define COMMISSIONING_KIND 2.0f
 #define ENDLESS_KIND 1.0f
-#define HALF_TURN_RAD 3.14159265f
 
 /* After a second without an angle the axis may have turned by more than half a turn. */
-enum { FORGET_TICKS = 250 }; /* of axis_monitor_locate */
+enum { FORGET_TICKS = 997 }; /* and up to 3 until axis_monitor_locate */
 
 void axis_monitor_reset(axis_monitor *monitor) {
   axis_protection_reset(&monitor->state);
@@ -293,22 +292,20 @@ void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive) {
  * zero. Without end stops the count stays, because nothing tells the turn. */
 static void count_anew(axis_monitor *monitor, drive_axis *drive) {
   const float kind = monitor->limits.travel_kind;
-  const bool endless = kind >= ENDLESS_KIND && kind < COMMISSIONING_KIND;
-  if (protection_has_travel(&monitor->limits) || !endless) {
-    const drive_angle within_turn = (int32_t)(angle_turn32)drive->position;
-    drive_axis_shift(drive, (int)((within_turn - drive->position) / (INT64_C(1) << 32)));
-    monitor->turn = 0;
+  if (!protection_has_travel(&monitor->limits) && kind >= ENDLESS_KIND && kind < COMMISSIONING_KIND) {
+    return;
   }
+  const drive_angle within_turn = (int32_t)(angle_turn32)drive->position;
+  drive_axis_shift(drive, (int)((within_turn - drive->position) / (INT64_C(1) << 32)));
+  monitor->turn = 0;
 }
 
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
   const bool jumps = monitor->jumped;
   monitor->jumped = false;
   if (monitor->seen.angle_valid && !jumps) {
-    monitor->lost_ticks = 0;
     find_turn(monitor, drive);
-  } else if (jumps || ++monitor->lost_ticks >= FORGET_TICKS) {
-    monitor->lost_ticks = FORGET_TICKS;
+  } else if (jumps || monitor->gap_ticks >= FORGET_TICKS) {
     start_position_forget(&monitor->start);
     count_anew(monitor, drive);
     monitor->candidates = (start_candidates){.lowest = 1, .known = false};
@@ -365,7 +362,7 @@ static void look_across_a_gap(axis_monitor *monitor) {
     const float passed_s = (float)(monitor->gap_ticks + 1) * SERVO_TICK_S;
     const float farthest_rad = monitor->limits.overspeed_rad_s * passed_s + monitor->limits.encoder_jump_rad;
     const float moved_rad = angle_difference_rad(seen->angle, monitor->last_angle);
-    const bool near = farthest_rad < HALF_TURN_RAD && scalar_within(moved_rad, farthest_rad);
+    const bool near = farthest_rad < SCALAR_PI && scalar_within(moved_rad, farthest_rad);
     monitor->jumped = monitor->jumped || !near;
     monitor->gap_ticks = 0;
   }

@@ -39,9 +39,8 @@ typedef struct {
   envelope_state envelope;
   start_position start;
   start_candidates candidates;
-  int8_t turn;    /* of the start position, in the drive's position */
-  int lost_ticks; /* without an angle */
-  bool jumped;    /* since the start position was looked for; the count may be off by turns */
+  int8_t turn; /* of the start position, in the drive's position */
+  bool jumped; /* since the start position was looked for; the count may be off by turns */
   /* Of the deferred task alone: behind what the tick reaches with short offsets. */
   slow_monitors slow;
   angle_turn32 last_angle; /* the last valid one */
