@@ -14,6 +14,8 @@
 #define MOST_ALIKE 0.6f      /* correlation of residuals in a row: a weave of 2 Hz at 50 Hz has 0.97, wind 0.5 */
 #define LEAST_COUNTS 0.5f    /* of the residual, rms */
 #define LEAST_REST 0.05f     /* share of the residual's square that the delay must leave to be judged by it */
+#define RECENT_SHARE 0.04f   /* of a frame in the noise of the last half second */
+#define FIRST_SUMS 250.0f    /* frames after which an outlier among the first ones has shown */
 #define MIN_INDEPENDENT 0.1f /* share of the filtered rate that must not be explained by alpha's error */
 
 typedef struct {
@@ -122,6 +124,19 @@ static bool is_outlier(const delay_estimator *self, int i, float residual) {
   return self->weight >= (float)DELAY_FEWEST_FRAMES && !(residual * residual * self->weight <= square);
 }
 
+/* Among the first DELAY_FEWEST_FRAMES nothing tells an outlier. It shows later, when the noise has fallen to less than
+ * an outlier's tolerance. Not for ever: the noise also falls when what moves the line of sight ends. */
+static bool began_with_an_outlier(const delay_estimator *self) {
+  const float rounding_rad = LEAST_COUNTS * self->count_rad;
+  const float tolerance = DELAY_OUTLIER_SIGMA * DELAY_OUTLIER_SIGMA * self->weight;
+  bool began = false;
+  for (int i = 0; i < DELAY_COMPONENTS; ++i) {
+    const float noise = scalar_max(self->component[i].recent_ee, rounding_rad * rounding_rad);
+    began = began || self->component[i].sums.ee > tolerance * noise;
+  }
+  return began && self->weight >= (float)DELAY_FEWEST_FRAMES && self->weight <= FIRST_SUMS;
+}
+
 static bool is_usable(const delay_sample *sample) {
   const float parts[] = {sample->error.x, sample->error.y,      sample->moved.x,
                          sample->moved.y, sample->rate_rad_s.x, sample->rate_rad_s.y};
@@ -173,8 +188,13 @@ void delay_estimator_add(delay_estimator *self, const delay_sample *sample) {
   self->weight = keep * self->weight + 1.0f;
   self->weight_of_squares = keep * keep * self->weight_of_squares + 1.0f;
   for (int i = 0; i < DELAY_COMPONENTS; ++i) {
+    delay_component *component = &self->component[i];
     found[i].e += sample->assumed_s * found[i].r;
-    add(&self->component[i], &found[i], keep);
+    add(component, &found[i], keep);
+    component->recent_ee += RECENT_SHARE * (found[i].e * found[i].e - component->recent_ee);
+  }
+  if (began_with_an_outlier(self)) {
+    delay_estimator_forget(self);
   }
 }
 

@@ -23,7 +23,9 @@
  * frame before are no noise: the target weaves, and a component says nothing then. Nor does one whose residuals are
  * less than half a count of the camera: rounding hides the motion, and goes with it. Old frames are forgotten with
  * DELAY_MEMORY_S. A residual of more than DELAY_OUTLIER_SIGMA is another target, or a manoeuvre: the predictors begin
- * anew and the sums stay. */
+ * anew and the sums stay. Among the first DELAY_FEWEST_FRAMES frames it is not known what an outlier is; one of
+ * more than some 100 sigma is found when the noise has fallen below a seventh of what the sums say, and the sums begin
+ * anew. */
 #ifndef TRACKSERVO_CONTROL_DELAY_ESTIMATOR_H
 #define TRACKSERVO_CONTROL_DELAY_ESTIMATOR_H
 
@@ -82,6 +84,7 @@ typedef struct {
   float e_before;
   float r_before;
   delay_sums sums;
+  float recent_ee; /* mean of e e over about 25 frames */
 } delay_component;
 
 typedef struct {

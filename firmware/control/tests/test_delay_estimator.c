@@ -189,6 +189,22 @@ static void test_a_gap_or_another_target_spoils_nothing(void) {
   CHECK_AT_MOST("s", 3.4e-3, found.half_width_s);
 }
 
+/* Another target within the first 50 frames that count, which begin after 2 s. Its jump in the sums would hide 300 s of
+ * motion. */
+static void test_another_target_among_the_first_frames_spoils_nothing(void) {
+  for (int frame = 104; frame < 154; frame += 7) {
+    flight with = kShaken;
+    with.jump_at = frame;
+    with.error_s = 4e-3;
+    delay_estimator_reset(&estimator);
+    fly(&with);
+    const delay_error found = delay_estimator_result(&estimator);
+    TEST_ASSERT_TRUE(found.known);
+    CHECK_NEAR("s", with.error_s, found.error_s, 2.0f * found.half_width_s);
+    CHECK_AT_MOST("s", 3.6e-3, found.half_width_s);
+  }
+}
+
 /* A jump of 1 mrad of one component, among 2 urad of noise. Then the limit itself: 100 frames of 10 urad, and a place
  * that has not moved so far. Of fewer than 50 frames the noise is not known. */
 static void test_an_outlier_of_either_component_restarts_both(void) {
@@ -594,6 +610,7 @@ int main(void) {
   RUN_TEST(test_the_interval_holds_in_95_percent_of_flights_in_a_closed_loop);
   RUN_TEST(test_more_motion_makes_the_interval_narrower);
   RUN_TEST(test_a_gap_or_another_target_spoils_nothing);
+  RUN_TEST(test_another_target_among_the_first_frames_spoils_nothing);
   RUN_TEST(test_an_outlier_of_either_component_restarts_both);
   RUN_TEST(test_forgetting_keeps_the_predictors);
   RUN_TEST(test_a_sample_that_is_not_finite_restarts);
