@@ -48,10 +48,11 @@ typedef struct {
   jumping_picture jumps;
   stray_frames strays;
   picture_check orientation;
-  bool tracked;         /* an axis, since `orientation` was reset */
-  uint16_t drops;       /* of frames while an axis tracked, weighted: rises while too many do not count */
-  uint16_t quiet_ticks; /* since the last one that did not */
-  bool stale;           /* so many of them that it is told */
+  bool tracked;          /* an axis, since `orientation` was reset */
+  uint16_t silent_ticks; /* without a message while no axis tracks */
+  uint16_t drops;        /* of frames while an axis tracked, weighted: rises while too many do not count */
+  uint16_t quiet_ticks;  /* since the last one that did not */
+  bool stale;            /* so many of them that it is told */
   camera_delay delay;
   joint_tracking joints;
   bool held_back[SERVO_AXES]; /* its rate is limited because the picture is not judged; by itself */

@@ -2,10 +2,12 @@
 #include "base/scalar.h"
 #include "node/tracking_parts.h"
 
+enum { SILENT_TICKS = 500 };
+
 void tracking_look_for_a_frozen_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch,
                                         uint32_t tick) {
   const camera_objects *objects = &self->objects;
-  if (self->frames.taken == objects->taken || self->message.quality < objects->params.min_quality) {
+  if (!self->tracked || self->frames.taken == objects->taken || self->message.quality < objects->params.min_quality) {
     return;
   }
   const joint_place joints = {.azimuth = (angle_turn32)azimuth->position, .pitch = (angle_turn32)pitch->position};
@@ -109,15 +111,30 @@ static void stop_following(target_tracking *self) {
   joint_tracking_lose(&self->joints);
 }
 
+/* Of a sender that was silent meanwhile: it has been mended, and the place may be a target's. */
+static void forget_a_frozen_place(target_tracking *self) {
+  const bool silent = self->frames.dropped == self->objects.dropped && self->frames.taken == self->objects.taken;
+  self->silent_ticks = (uint16_t)(silent ? self->silent_ticks + 1 : 0);
+  if (self->silent_ticks >= SILENT_TICKS) {
+    self->silent_ticks = 0;
+    self->picture = (frozen_picture){0};
+  }
+}
+
 void tracking_check_picture(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, bool tracks) {
   if (!tracks) {
     if (self->tracked) {
       picture_check_reset(&self->orientation);
     }
     self->tracked = false;
+    forget_a_frozen_place(self);
     return;
   }
+  if (!self->tracked) {
+    frozen_picture_begin(&self->picture);
+  }
   self->tracked = true;
+  self->silent_ticks = 0;
   picture_check_tick(&self->orientation, moved_rad(self, azimuth, pitch, 1), follows(self, azimuth, pitch));
   const camera_objects *objects = &self->objects;
   if (self->frames.taken != objects->taken && self->message.quality >= objects->params.min_quality) {

@@ -65,6 +65,17 @@ void frozen_picture_take(frozen_picture *self, image_vector error, float count_r
   }
 }
 
+static void forget_unless_frozen(frozen_axis *self) {
+  if (!self->frozen) {
+    *self = (frozen_axis){0};
+  }
+}
+
+void frozen_picture_begin(frozen_picture *self) {
+  forget_unless_frozen(&self->azimuth);
+  forget_unless_frozen(&self->pitch);
+}
+
 static bool shows(const frozen_axis *self, float error_rad) { return self->frozen && is_at(self, error_rad); }
 
 bool frozen_picture_shows(const frozen_picture *self, image_vector error) {

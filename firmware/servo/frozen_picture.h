@@ -64,6 +64,9 @@ typedef struct {
  * `count_rad`: 3071:1. */
 void frozen_picture_take(frozen_picture *self, image_vector error, float count_rad, joint_place joints, uint32_t tick);
 
+/* Restarts the windows; a place that is frozen stays so. Call after a time without frozen_picture_take. */
+void frozen_picture_begin(frozen_picture *self);
+
 /* Returns whether a picture that shows a target is the frozen one. */
 bool frozen_picture_shows(const frozen_picture *self, image_vector error);
 

@@ -505,6 +505,32 @@ static void test_a_frozen_picture_stops_the_axis_that_it_drives(void) {
   TEST_ASSERT_EQUAL_HEX8(0, get(0x1001, 0));
 }
 
+/* Nothing tracks and the sender is silent, because it is mended; then a target stands in the very place that the frozen
+ * picture showed. One that goes on sending it is known. */
+static void test_the_place_of_a_frozen_picture_is_kept_until_its_sender_was_silent(void) {
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(2000);
+  send_frozen_for(3000, 5000);
+  TEST_ASSERT_EQUAL(6, get(CAMERA_STATE, LAST_DROP));
+  enable(0, PV);
+  enable(PITCH, PV);
+  send_frozen_for(2000, 5000);
+  const double before_rad = joint_rad(1);
+  enable(PITCH, TRACKING);
+  send_frozen_for(1000, 5000);
+  CHECK_NEAR("stands, rad", before_rad, joint_rad(1), 1e-5);
+  enable(PITCH, PV);
+  wait_ms(1000);
+  world.azimuth_rad = joint_rad(0);
+  world.pitch_rad = joint_rad(1) + 5e-3;
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(3000);
+  TEST_ASSERT_EQUAL(ON_TARGET, get(CAMERA_STATE, AZIMUTH_STATE + 1));
+  CHECK_NEAR("pitch, rad", world.pitch_rad, joint_rad(1), 5e-6);
+}
+
 static void test_a_counter_that_stands_is_told(void) {
   enable(PITCH, TRACKING);
   follow_for(1000);
@@ -522,11 +548,12 @@ static void test_a_counter_that_stands_is_told(void) {
   TEST_ASSERT_EQUAL_HEX8(0, get(0x1001, 0));
 }
 
-/* Frames count while the azimuth stands 5 mrad beside the target. The camera is silent for 1.1 s, in which a master
- * turns the azimuth; then it shows the target in the same place. */
+/* Frames count while the azimuth stands 5 mrad beside the target, and the pitch tracks. The camera is silent for 1.1 s,
+ * in which a master turns the azimuth; then it shows the target in the same place. */
 static void test_a_camera_that_is_silent_while_an_axis_turns_is_not_frozen(void) {
   world.azimuth_rad = 5e-3;
   enable(0, PV);
+  enable(PITCH, TRACKING);
   follow_for(600);
   SET(0x60FF, 0, 60000);
   wait_ms(600);
@@ -1371,6 +1398,7 @@ int main(void) {
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_a_lost_target_is_left_for_where_the_mode_began);
   RUN_TEST(test_a_frozen_picture_stops_the_axis_that_it_drives);
+  RUN_TEST(test_the_place_of_a_frozen_picture_is_kept_until_its_sender_was_silent);
   RUN_TEST(test_a_counter_that_stands_is_told);
   RUN_TEST(test_a_camera_that_is_silent_while_an_axis_turns_is_not_frozen);
   RUN_TEST(test_a_sender_may_begin_anew_as_often_as_it_likes_before_tracking);
