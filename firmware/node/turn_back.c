@@ -17,7 +17,20 @@ bool turn_back_is_outside(const turn_back *self, const joint_travel *travel) {
   return self->follows && !scalar_within(beyond_rad, TURN_BACK_BEYOND_RAD);
 }
 
+/* A joint that is turns further in one tick has not moved: its turn has been found. */
+static void count_turns(turn_back *self, float joint_rad) {
+  const float turns = scalar_round((joint_rad - self->joint_rad) / (2.0f * SCALAR_PI));
+  self->joint_rad = joint_rad;
+  if (turns != 0.0f) {
+    const float by_rad = turns * 2.0f * SCALAR_PI;
+    self->acquired_rad += by_rad;
+    self->marks[0].angle_rad.azimuth += by_rad;
+    self->marks[1].angle_rad.azimuth += by_rad;
+  }
+}
+
 static void follow(turn_back *self, const turn_back_inputs *inputs) {
+  count_turns(self, inputs->joint_rad.azimuth);
   self->now = (target_mark){.at = inputs->tick,
                             .angle_rad = {.azimuth = inputs->joint_rad.azimuth + inputs->error_rad.azimuth,
                                           .pitch = inputs->joint_rad.pitch + inputs->error_rad.pitch}};

@@ -26,6 +26,7 @@ typedef struct {
 
 typedef struct {
   bool follows;         /* a target is known, and was in the last tick */
+  float joint_rad;      /* of the azimuth, in the last tick with a target */
   float acquired_rad;   /* where the azimuth looked at it first */
   target_mark marks[2]; /* older and newer one; their distance is TURN_BACK_MARK_TICKS */
   target_mark now;

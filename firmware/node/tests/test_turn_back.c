@@ -113,6 +113,19 @@ static void test_it_does_not_begin_where_nothing_is_gained(void) {
   TEST_ASSERT_TRUE(turn.running); /* the second mark gives the rate */
 }
 
+/* 4 s after the target was acquired it becomes known that the azimuth is a turn further, where the target is outside.
+ */
+static void test_a_turn_that_is_found_is_no_motion_of_the_target(void) {
+  const double end_rad = follow(true, 3.7 - TURN_RAD, 0.2, 4000);
+  TEST_ASSERT_FALSE(turn.running);
+  (void)follow(true, end_rad + TURN_RAD, 0.2, 1);
+  TEST_ASSERT_TRUE(turn.running);
+  TEST_ASSERT_FALSE(turn.path.round);
+  const target_mark *marks = turn.marks;
+  const double passed_s = 1e-3 * (double)(turn.now.at - marks[0].at);
+  CHECK_NEAR("rad/s", 0.2, (double)(turn.now.angle_rad.azimuth - marks[0].angle_rad.azimuth) / passed_s, 1e-3);
+}
+
 static void test_without_another_angle_within_the_travel_it_stays(void) {
   limits.azimuth_travel = (joint_travel){-1.0f, 4.0f};
   (void)follow(true, 3.7, 0.2, 3000);
@@ -211,6 +224,7 @@ int main(void) {
   RUN_TEST(test_it_begins_a_milliradian_outside_of_the_travel);
   RUN_TEST(test_it_begins_as_early_when_the_ticks_wrap);
   RUN_TEST(test_it_does_not_begin_where_nothing_is_gained);
+  RUN_TEST(test_a_turn_that_is_found_is_no_motion_of_the_target);
   RUN_TEST(test_without_another_angle_within_the_travel_it_stays);
   RUN_TEST(test_after_half_a_turn_the_target_is_taken_to_go_round);
   RUN_TEST(test_the_rate_is_that_of_the_last_second);
