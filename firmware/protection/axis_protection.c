@@ -199,6 +199,7 @@ static bool current_without_drive(axis_protection *p, const protection_limits *l
     return false;
   }
   if (p->off_ticks < DECAY_TICKS) {
+    p->mismatch_ticks = 0;
     p->off_ticks++;
     return false;
   }
@@ -210,17 +211,14 @@ static fault_set monitor_current(axis_protection *p, const protection_limits *li
                                  const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const float current_a = in->mean_current_a;
   const bool finite = scalar_within(current_a, 1e6f);
-  const float square_a2 = finite ? current_a * current_a : 0.0f;
-  follow(&p->heating_a2, square_a2, dt_s / limits->thermal_time_s);
-  const bool overload = p->heating_a2 > limits->continuous_current_a * limits->continuous_current_a;
   const bool too_much =
       seen_for(&p->over_current_ticks, !scalar_within(current_a, OVER_CURRENT_FACTOR * motor->current_limit_a),
                OVER_CURRENT_TICKS);
   const bool offset = finite && current_without_drive(p, limits, in, dt_s);
   const bool mismatch = in->closed && finite && voltage_mismatch(p, limits, motor, in, joint_rate_rad_s, dt_s);
   p->last_tick_current_a = in->tick_current_a;
-  return bit_if(overload, FAULT_OVERLOAD) | bit_if(too_much, FAULT_OVER_CURRENT) |
-         bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);
+  return bit_if(too_much, FAULT_OVER_CURRENT) | bit_if(offset, FAULT_CURRENT_OFFSET) |
+         bit_if(mismatch, FAULT_CURRENT_SENSOR);
 }
 
 static fault_set monitor_voltage(axis_protection *p, const protection_limits *limits, const protection_inputs *in) {
@@ -296,6 +294,16 @@ static motor_witness_limits witness_limits(const protection_limits *limits) {
                                 .largest_v = limits->voltage_mismatch_v};
 }
 
+/* A bridge that is off heats no winding, and a reading beyond FAULT_OVER_CURRENT lasts for two ticks, or is none. */
+static bool overloads(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                      const protection_inputs *in, float dt_s) {
+  const float largest_a = OVER_CURRENT_FACTOR * motor->current_limit_a;
+  const bool heats = in->powered && scalar_within(in->mean_current_a, 1e6f);
+  const float current_a = heats ? scalar_clamp(in->mean_current_a, -largest_a, largest_a) : 0.0f;
+  follow(&p->heating_a2, current_a * current_a, dt_s / limits->thermal_time_s);
+  return p->heating_a2 > limits->continuous_current_a * limits->continuous_current_a;
+}
+
 fault_set axis_protection_judge(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                                 const protection_inputs *in, float dt_s) {
   const bool whole_tick = p->closed_ticks > 1; /* the voltage of the tick in which the loop closed has two parts */
@@ -319,7 +327,8 @@ fault_set axis_protection_judge(axis_protection *p, const protection_limits *lim
   if (verdict != MOTOR_AGREES || p->mismatch_ticks >= MISMATCH_TICKS) {
     motor_witness_forget(&p->witness);
   }
-  return bit_if(verdict == MOTOR_CONTRADICTS, FAULT_MOTOR_CONTRADICTS) |
+  return bit_if(overloads(p, limits, motor, in, dt_s), FAULT_OVERLOAD) |
+         bit_if(verdict == MOTOR_CONTRADICTS, FAULT_MOTOR_CONTRADICTS) |
          bit_if(verdict == MOTOR_WEAK, FAULT_MOTOR_WEAK);
 }
 

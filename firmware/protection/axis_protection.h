@@ -126,8 +126,8 @@ void axis_protection_forget_differences(axis_protection *protection);
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s);
 
-/* Returns the faults that the motor shows, and updates what is known of its winding. Call after the tick, in the
- * deferred task and with the same inputs; the faults count from the next tick on. */
+/* Returns the faults that the motor shows, and updates what is known of its winding and how warm it is. Call after the
+ * tick, in the deferred task and with the same inputs; the faults count from the next tick on. */
 fault_set axis_protection_judge(axis_protection *protection, const protection_limits *limits,
                                 const protection_motor *motor, const protection_inputs *in, float dt_s);
 

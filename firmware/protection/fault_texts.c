@@ -137,17 +137,19 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .check = "current in the fault log: does it oscillate or stay constant? Check 2055:2, 2055:3 and 2055:5.",
          .cure = "Set 2055 to the motor's data and lower the bandwidth 2055:5.",
          .clear = RESET},
-    [FAULT_OVERLOAD] = {.name = "motor overload",
-                        .detection = "Mean square current, averaged with the time constant 2060:12, exceeds the square "
-                                     "of 2060:11. A warning (statusword bit 7) is given from 90 % of this current.",
-                        .when = ALWAYS,
-                        .timer = "",
-                        .limits = LIMIT(11) | LIMIT(12),
-                        .cause =
-                            "Friction, unbalance or wind needs more current than the motor can carry continuously.",
-                        .check = "Read the torque 6077: at rest it shows unbalance, at constant speed friction.",
-                        .cure = "Balance the axis, lower the accelerations, and wait until the winding has cooled.",
-                        .clear = "Fault reset after the winding has cooled (about twice the time 2060:12)."},
+    [FAULT_OVERLOAD] =
+        {.name = "motor overload",
+         .detection =
+             "Mean square current, averaged with the time constant 2060:12, exceeds the square "
+             "of 2060:11. A bridge that is off heats nothing, and a reading beyond 130 % of "
+             "the current limit counts as 130 %. A warning (statusword bit 7) is given from 90 % of this current.",
+         .when = ALWAYS,
+         .timer = "",
+         .limits = LIMIT(11) | LIMIT(12),
+         .cause = "Friction, unbalance or wind needs more current than the motor can carry continuously.",
+         .check = "Read the torque 6077: at rest it shows unbalance, at constant speed friction.",
+         .cure = "Balance the axis, lower the accelerations, and wait until the winding has cooled.",
+         .clear = "Fault reset after the winding has cooled (about twice the time 2060:12)."},
     [FAULT_UNDER_VOLTAGE] = {.name = "bus under-voltage",
                              .detection = "Bus voltage below 2060:15 for 5 ticks.",
                              .when = DRIVEN,

@@ -12,14 +12,16 @@
 #define LEARNED_SHARE 0.25f /* of the signals that are judged: the smoothing of those that are learned from */
 #define CLEAR_ERRORS 2.0f   /* a share is measured where its voltage is this many times the error */
 
-enum { ZERO_TICKS = 50 };
+#define OFFSET_NOISE 0.1f /* of 2060:13 */
+
+enum { ZERO_TICKS = 50, OTHER_TICKS = 3 };
 
 float motor_witness_zero_error_a(const motor_witness *witness) {
   return witness->idle_ticks < ZERO_TICKS ? UNKNOWN_ZERO_A : 0.0f;
 }
 
 void motor_witness_forget(motor_witness *witness) {
-  witness->known = false;
+  motor_witness_forget_motor(witness);
   witness->zero_a = 0.0f;
   witness->idle_ticks = 0;
 }
@@ -72,7 +74,14 @@ static void stop(motor_witness *witness) {
   witness->ticks = 0;
 }
 
-static void measure_zero(motor_witness *witness, float current_a, float dt_s) {
+/* A converter that is repaired has another offset at once. */
+static void measure_zero(motor_witness *witness, float current_a, float largest_a, float dt_s) {
+  const float noise_a = scalar_max(UNKNOWN_ZERO_A, OFFSET_NOISE * largest_a);
+  witness->other_ticks = scalar_within(current_a - witness->zero_a, noise_a) ? 0 : witness->other_ticks + 1;
+  if (witness->other_ticks >= OTHER_TICKS) {
+    witness->zero_a = current_a;
+    witness->idle_ticks = 0;
+  }
   follow(&witness->zero_a, current_a, dt_s / ZERO_SMOOTHING_S);
   witness->idle_ticks += witness->idle_ticks < ZERO_TICKS ? 1 : 0;
 }
@@ -107,7 +116,7 @@ motor_verdict motor_witness_step(motor_witness *witness, const motor_witness_lim
   const bool usable = in->driven && limits->tolerance > 0.0f && scalar_within(all, 1e6f);
   if (!usable) {
     if (in->idle && scalar_within(in->current_a, limits->largest_zero_a)) {
-      measure_zero(witness, in->current_a, dt_s);
+      measure_zero(witness, in->current_a, limits->largest_zero_a, dt_s);
     }
     if (witness->running) {
       stop(witness);

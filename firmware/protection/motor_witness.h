@@ -79,8 +79,9 @@ typedef enum {
 typedef struct {
   bool known; /* the intervals have been set */
   bool running;
-  int idle_ticks; /* counted until the offset is known */
-  float zero_a;   /* offset of the current */
+  int idle_ticks;  /* counted until the offset is known */
+  int other_ticks; /* in a row with a current that is not this offset */
+  float zero_a;    /* offset of the current */
   float now_a;
   motor_signals fast;  /* what is judged */
   motor_signals slow;  /* what is learned from */
@@ -96,8 +97,11 @@ typedef struct {
 /* Returns how far the offset of the current may be off, A: 0 once the bridge has been off for some time. */
 float motor_witness_zero_error_a(const motor_witness *witness);
 
-/* Makes R, Ke and the offset as unknown as at the start: what was learned from a broken sensor must not outlive its
- * repair. */
+/* Makes R and Ke as unknown as at the start: what was learned from a broken sensor must not outlive its repair. The
+ * offset is measured all the time while the bridge is off, and anew where it has changed by more than its noise. */
+static inline void motor_witness_forget_motor(motor_witness *witness) { witness->known = false; }
+
+/* Makes R, Ke and the offset as unknown as at the start. */
 void motor_witness_forget(motor_witness *witness);
 
 /* Judges one tick. Returns MOTOR_AGREES also while nothing can be said. */

@@ -272,9 +272,25 @@ static void test_the_signals_that_are_learned_from_follow_within_20_ms(void) {
 
 static void test_the_offset_is_a_mean_over_10_ms(void) {
   bench b = new_bench();
-  b.offset_a = 0.2f;
+  b.offset_a = 0.04f;
   rest_off(&b, 10);
-  CHECK_NEAR("A", 0.2 * (1.0 - pow(0.9, 10.0)), b.witness.zero_a, 1e-5);
+  CHECK_NEAR("A", 0.04 * (1.0 - pow(0.9, 10.0)), b.witness.zero_a, 1e-6);
+}
+
+/* By more than 0.05 A, and than a tenth of 2060:13 (0.5 A), for three ticks. */
+static void test_another_offset_is_measured_anew(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    rest_off(&b, 100);
+    b.offset_a = (float)sign * 0.2f;
+    rest_off(&b, 2);
+    CHECK_NEAR("A", sign * 0.2 * (1.0 - pow(0.9, 2.0)), b.witness.zero_a, 1e-6);
+    rest_off(&b, 1);
+    CHECK_NEAR("A", sign * 0.2, b.witness.zero_a, 1e-6);
+    TEST_ASSERT_TRUE(motor_witness_zero_error_a(&b.witness) > 0.0f);
+    rest_off(&b, 49);
+    CHECK_SAME("A", 0.0, motor_witness_zero_error_a(&b.witness));
+  }
 }
 
 static void test_the_resistance_is_learned_from_a_current_and_forgotten_with_time(void) {
@@ -518,6 +534,7 @@ int main(void) {
   RUN_TEST(test_a_voltage_of_less_than_twice_the_error_teaches_nothing);
   RUN_TEST(test_the_signals_that_are_learned_from_follow_within_20_ms);
   RUN_TEST(test_the_offset_is_a_mean_over_10_ms);
+  RUN_TEST(test_another_offset_is_measured_anew);
   RUN_TEST(test_the_resistance_is_learned_from_a_current_and_forgotten_with_time);
   RUN_TEST(test_a_winding_that_warms_by_3_percent_a_second_is_followed);
   RUN_TEST(test_a_motor_with_half_its_back_emf_is_weak_once_it_has_been_moved_at_low_and_high_current);
