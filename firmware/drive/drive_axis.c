@@ -20,11 +20,13 @@ bool drive_axis_turns(const drive_axis *axis, const drive_axis_inputs *inputs) {
 
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
   axis->position = 0;
+  axis->trusted_position = 0;
   drive_axis_restart(axis, joint_angle);
 }
 
 void drive_axis_restart(drive_axis *axis, angle_turn32 joint_angle) {
-  *axis = (drive_axis){.position = drive_angle_unwrap(axis->position, joint_angle)};
+  *axis = (drive_axis){.position = drive_angle_unwrap(axis->position, joint_angle),
+                       .trusted_position = axis->trusted_position};
   drive_state_reset(&axis->state);
   drive_motion_reset(&axis->motion, axis->position);
 }
@@ -32,6 +34,7 @@ void drive_axis_restart(drive_axis *axis, angle_turn32 joint_angle) {
 void drive_axis_shift(drive_axis *axis, int turns) {
   const drive_angle by = (drive_angle)turns * (INT64_C(1) << 32);
   axis->position += by;
+  axis->trusted_position += by;
   axis->setpoint.position += by;
   drive_motion_shift(&axis->motion, by);
 }

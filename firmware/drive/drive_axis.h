@@ -67,7 +67,8 @@ typedef struct {
   drive_state state;
   drive_motion motion;
   drive_angle position;
-  uint16_t controlword; /* of the last step */
+  drive_angle trusted_position; /* the last one at which nothing contradicted the encoder; its owner keeps it */
+  uint16_t controlword;         /* of the last step */
   dwell_timer following_error;
   dwell_timer position_reached;
   dwell_timer velocity_reached;

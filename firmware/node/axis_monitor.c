@@ -9,6 +9,14 @@
 #define COMMISSIONING_KIND 2.0f
 #define ENDLESS_KIND 1.0f
 
+/* Wrong readings that look like valid ones: the fusion takes them for the base's rate. */
+#define MISREADINGS                                                                                    \
+  (fault_bit(FAULT_ENCODER_JUMP) | fault_bit(FAULT_ENCODER_STUCK) | fault_bit(FAULT_ENCODER_ERRATIC) | \
+   fault_bit(FAULT_SENSORS_DISAGREE) | fault_bit(FAULT_GYRO_STUCK) | fault_bit(FAULT_GYRO_SATURATED))
+
+/* Every 4 ms, as long as the smoothed difference of the two remembers the wrong readings. */
+enum { RENEWALS = 10 };
+
 /* After a second without an angle the axis may have turned by more than half a turn. */
 enum { FORGET_TICKS = 997 }; /* and up to 3 until axis_monitor_locate */
 
@@ -192,6 +200,7 @@ static fault_set keep_within(axis_monitor *monitor, const drive_axis *drive) {
  */
 static __attribute__((noinline)) void weigh_found(axis_monitor *monitor) {
   monitor->jumped = monitor->jumped || (monitor->found & fault_bit(FAULT_ENCODER_JUMP)) != 0;
+  monitor->misread = (monitor->found & MISREADINGS) != 0 ? RENEWALS : monitor->misread;
   if ((monitor->found & (fault_bit(FAULT_GYRO_STUCK) | fault_bit(FAULT_GYRO_SATURATED))) != 0) {
     monitor->found &= ~(fault_bit(FAULT_SENSORS_DISAGREE) | fault_bit(FAULT_ENCODER_ERRATIC));
     axis_protection_forget_differences(&monitor->state);
@@ -281,23 +290,60 @@ static void find_turn(axis_monitor *monitor, drive_axis *drive) {
   }
 }
 
-void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive) {
-  const bool misled = drive->state.reaction >= DRIVE_FAULT_BRAKES || drive->fault == FAULT_MOTOR_WEAK;
-  if (misled && drive->state.power == DRIVE_FAULT) {
-    motor_witness_forget(&monitor->state.witness);
+static void renew_base_rate(axis_monitor *monitor, rate_fusion_state *fusion) {
+  if (monitor->misread > 0 && monitor->state.gyro_missing_ticks == 0 && monitor->state.angles_known > 1) {
+    fusion->base_rate_rad_s = monitor->state.difference_rad_s;
+    monitor->misread--;
   }
 }
 
-/* Readings that jump may have counted hundreds of turns: as at the start, from within half a turn of the encoder's
- * zero. Without end stops the count stays, because nothing tells the turn. */
-static void count_anew(axis_monitor *monitor, drive_axis *drive) {
-  const float kind = monitor->limits.travel_kind;
-  if (!protection_has_travel(&monitor->limits) && kind >= ENDLESS_KIND && kind < COMMISSIONING_KIND) {
-    return;
+void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive, rate_fusion_state *fusion) {
+  const bool misled = drive->state.reaction >= DRIVE_FAULT_BRAKES || drive->fault == FAULT_MOTOR_WEAK;
+  if (misled && drive->state.power == DRIVE_FAULT) {
+    motor_witness_forget_motor(&monitor->state.witness);
   }
-  const drive_angle within_turn = (int32_t)(angle_turn32)drive->position;
-  drive_axis_shift(drive, (int)((within_turn - drive->position) / (INT64_C(1) << 32)));
-  monitor->turn = 0;
+  if (drive->fault == FAULT_SENSORS_DRIFT) {
+    monitor->misread = RENEWALS;
+  }
+  renew_base_rate(monitor, fusion);
+}
+
+static bool is_endless(const protection_limits *limits) {
+  return !protection_has_travel(limits) && limits->travel_kind >= ENDLESS_KIND &&
+         limits->travel_kind < COMMISSIONING_KIND;
+}
+
+/* Readings that jump may have counted hundreds of turns: as at the start, from within half a turn of the encoder's
+ * zero. Without end stops nothing else tells the turn: within half a turn of the last good position. */
+static void count_anew(axis_monitor *monitor, drive_axis *drive) {
+  const bool endless = is_endless(&monitor->limits);
+  const drive_angle near = endless ? drive->trusted_position : 0;
+  const drive_angle position = near + (int32_t)(angle_turn32)(drive->position - near);
+  drive_axis_shift(drive, (int)((position - drive->position) / TURN));
+  drive->trusted_position = near;
+  monitor->turn = endless ? monitor->turn : 0;
+}
+
+/* Wrong readings may stand still for a while. Half a second passes before an encoder is trusted again, or less if the
+ * axis could turn too far in it. */
+enum { LOCATED_TICKS = 4, LONGEST_DOUBT = 125 };
+#define DOUBT_RAD 1.5f
+
+static void begin_to_doubt(axis_monitor *monitor) {
+  const float calls = DOUBT_RAD / ((float)LOCATED_TICKS * SERVO_TICK_S * monitor->limits.overspeed_rad_s);
+  monitor->doubtful = (uint8_t)scalar_clamp(calls, 1.0f, (float)LONGEST_DOUBT);
+}
+
+static void trust_position(axis_monitor *monitor, drive_axis *drive) {
+  const fault_set doubts = fault_bit(FAULT_ENCODER_ERRATIC) | fault_bit(FAULT_SENSORS_DISAGREE);
+  const float tick_rad = monitor->limits.overspeed_rad_s * SERVO_TICK_S;
+  if ((monitor->found & doubts) != 0 || !scalar_within(monitor->state.last_step_rad, tick_rad)) {
+    begin_to_doubt(monitor);
+  } else if (monitor->doubtful > 0) {
+    monitor->doubtful--;
+  } else {
+    drive->trusted_position = drive->position;
+  }
 }
 
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
@@ -305,8 +351,10 @@ void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
   monitor->jumped = false;
   if (monitor->seen.angle_valid && !jumps) {
     find_turn(monitor, drive);
+    trust_position(monitor, drive);
   } else if (jumps || monitor->gap_ticks >= FORGET_TICKS) {
     start_position_forget(&monitor->start);
+    begin_to_doubt(monitor);
     count_anew(monitor, drive);
     monitor->candidates = (start_candidates){.lowest = 1, .known = false};
   }

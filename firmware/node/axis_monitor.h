@@ -39,8 +39,10 @@ typedef struct {
   envelope_state envelope;
   start_position start;
   start_candidates candidates;
-  int8_t turn; /* of the start position, in the drive's position */
-  bool jumped; /* since the start position was looked for; the count may be off by turns */
+  int8_t turn;      /* of the start position, in the drive's position */
+  bool jumped;      /* since the start position was looked for; the count may be off by turns */
+  uint8_t misread;  /* gyro or encoder were: so often the base's rate has yet to be renewed */
+  uint8_t doubtful; /* so often the encoder must yet be right before its position is trusted */
   /* Of the deferred task alone: behind what the tick reaches with short offsets. */
   slow_monitors slow;
   angle_turn32 last_angle; /* the last valid one */
@@ -92,9 +94,10 @@ static inline bool axis_monitor_may_enable(const axis_monitor *monitor) {
   return (monitor->restrictions & RESTRICTED_NO_TRAVEL) == 0;
 }
 
-/* Forgets what the motor witness has learned while an axis is off after a fault of its sensors, its bridge or its
- * motor, because these are repaired before the fault reset. Call between two ticks, every 4 ms. */
-void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive);
+/* Forgets what broken parts have left: while an axis is off after a fault of its sensors, its bridge or its motor, what
+ * the motor witness has learned of R and Ke, because these are repaired before the fault reset; after wrong readings
+ * of gyro or encoder, the base's rate, which begins at what the two differ by. Call between two ticks, every 4 ms. */
+void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive, rate_fusion_state *fusion);
 
 /* Finds the turn of the start position and shifts the drive's position to it. Searches again after an encoder jumped,
  * because it may have counted a turn too many. Call between two ticks, every 4 ms. */

@@ -264,7 +264,7 @@ static void limit_motion(servo_node *node) {
   servo_node_axis *axis = &node->axis[i];
   if (turn < SERVO_AXES) {
     aim_base(node, i);
-    axis_monitor_distrust(&axis->monitor, &axis->drive);
+    axis_monitor_distrust(&axis->monitor, &axis->drive, &node->board.app.axis[i].speed.rate_fusion);
     axis_monitor_locate(&axis->monitor, &axis->drive);
     axis->inputs.may_enable = !persisted_storage_writes(&node->storage) && axis_monitor_may_enable(&axis->monitor);
     return;

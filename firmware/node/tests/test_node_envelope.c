@@ -312,6 +312,60 @@ static void test_after_readings_that_count_hundreds_of_turns_the_turn_is_found_a
   }
 }
 
+/* An axis without end stops that has turned three times: the garbage counts from the last good position, not from the
+ * encoder's zero, and what it has counted is gone. */
+static void test_an_endless_axis_keeps_its_turn_when_readings_count_hundreds_of_them(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    start_at(100.0 / 360.0);
+    machine.axis[0].rate_rad_s = 1.2 * sign;
+    wait_ms(15700);
+    machine.axis[0].rate_rad_s = 0.0;
+    const double turns = machine.axis[0].turns;
+    wait_ms(20);
+    CHECK_NEAR("1e-7 rad", turns * 6.283185307e7, (double)(int32_t)get(0x6064, 0), 100.0);
+    for (int ms = 0; ms < 1000 + sign; ++ms) { /* the increments are equal: no jump */
+      machine.axis[0].turns += 0.38 * sign;
+      wait_ms(1);
+    }
+    machine.axis[0].turns = turns;
+    wait_ms(20);
+    TEST_ASSERT_EQUAL_HEX32(0x7320, get(0x603F, 0));
+    CHECK_NEAR("1e-7 rad", turns * 6.283185307e7, (double)(int32_t)get(0x6064, 0), 100.0);
+  }
+}
+
+/* Wrong readings that stand still for 10 ms each, at rest, in each phase of the search. */
+static void test_an_endless_axis_keeps_its_turn_when_wrong_readings_stand_still(void) {
+  for (uint32_t phase = 0; phase < 4; ++phase) {
+    start_at(0.1);
+    wait_ms(600 + phase);
+    for (int part = 1; part <= 2; ++part) {
+      machine.axis[0].turns = 0.1 + 0.4 * part;
+      wait_ms(10);
+    }
+    machine.axis[0].turns = 0.1;
+    wait_ms(20);
+    CHECK_NEAR("1e-7 rad", 0.1 * 6.283185307e7, (double)(int32_t)get(0x6064, 0), 100.0);
+  }
+}
+
+/* Without an angle for more than a second, and a reset of the node meanwhile. */
+static void test_an_endless_axis_keeps_its_turn_in_a_reset_of_the_node(void) {
+  start_at(0.1);
+  machine.axis[0].rate_rad_s = 1.2;
+  wait_ms(15700);
+  machine.axis[0].rate_rad_s = 0.0;
+  wait_ms(600);
+  machine.axis[0].encoder_failed = true;
+  wait_ms(1200);
+  nmt(0x81);
+  wait_ms(20);
+  machine.axis[0].encoder_failed = false;
+  wait_ms(20);
+  const double turns = machine.axis[0].turns;
+  CHECK_NEAR("1e-7 rad", turns * 6.283185307e7, (double)(int32_t)get(0x6064, 0), 100.0);
+}
+
 /* It reads -100 degrees and is at 260; afterwards it counts as after a start, in each phase of the search. */
 static void test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown(void) {
   for (uint32_t phase = 0; phase < 4; ++phase) {
@@ -453,6 +507,9 @@ int main(void) {
   RUN_TEST(test_without_an_angle_protection_demands_no_torque);
   RUN_TEST(test_after_an_encoder_that_jumps_the_turn_is_found_again);
   RUN_TEST(test_after_readings_that_count_hundreds_of_turns_the_turn_is_found_again);
+  RUN_TEST(test_an_endless_axis_keeps_its_turn_when_readings_count_hundreds_of_them);
+  RUN_TEST(test_an_endless_axis_keeps_its_turn_when_wrong_readings_stand_still);
+  RUN_TEST(test_an_endless_axis_keeps_its_turn_in_a_reset_of_the_node);
   RUN_TEST(test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown);
   RUN_TEST(test_wrong_readings_between_ticks_without_one_do_not_count_a_turn);
   RUN_TEST(test_one_wrong_reading_does_not_tell_the_turn);

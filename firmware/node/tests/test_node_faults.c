@@ -539,6 +539,56 @@ static void test_an_implausible_sample_is_reported_while_the_axis_is_in_another_
   TEST_ASSERT_TRUE(reported);
 }
 
+/* With a crossover of 1 rad/s, the base's rate that the wrong readings left would drive the axis for seconds. The fault
+ * is reset as soon as it may be. */
+static void test_what_a_broken_gyro_said_of_the_base_ends_with_its_fault(void) {
+  static const struct {
+    float error_rad_s;
+    uint16_t code;
+  } rows[] = {{100.0f, 0x7310}, {0.5f, 0x7302}, {-2.0f, 0x7302}, {0.018f, 0x7302}};
+  for (unsigned row = 0; row < 4; ++row) {
+    node_bench_start();
+    SET(0x3040, 1, 0x6E65706F); /* "open" */
+    SET_FLOAT(0x2050, 2, 1.0f);
+    SET(0x2070, 1, 4);
+    enable(0, PV);
+    machine.axis[0].gyro_error_rad_s = rows[row].error_rad_s;
+    wait_ms(2500); /* the shorted motor brakes for 2 s */
+    TEST_ASSERT_TRUE(is_in_fault(0));
+    TEST_ASSERT_EQUAL_HEX32(rows[row].code, get(0x603F, 0) & 0xFFFF);
+    machine.axis[0].rate_rad_s = 0.0;
+    machine.axis[0].gyro_error_rad_s = 0.0f;
+    command(0, 0x00);
+    for (int tries = 0; is_in_fault(0) && tries < 50; ++tries) {
+      command(0, 0x80);
+      command(0, 0x00);
+    }
+    const double before_turns = machine.axis[0].turns;
+    enable(0, PV);
+    wait_ms(1000);
+    TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+    CHECK_NEAR("turns", before_turns, machine.axis[0].turns, 1e-4);
+  }
+}
+
+/* On a base that turns: a fault of the bus changes nothing of what is known of it. */
+static void test_the_rate_of_the_base_survives_other_faults(void) {
+  SET(0x3040, 1, 0x6E65706F); /* "open" */
+  SET_FLOAT(0x2060, 2, 0.5f);
+  SET_FLOAT(0x2060, 27, 0.0f);
+  enable(0, PV);
+  machine.axis[0].gyro_error_rad_s = 0.05f;
+  wait_ms(1000);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  machine.axis[0].health = HAL_POWER_STAGE;
+  wait_ms(20);
+  machine.axis[0].gyro_missing = true; /* one reading */
+  wait_ms(1);
+  machine.axis[0].gyro_missing = false;
+  wait_ms(4);
+  CHECK_NEAR("rad/s", 0.05, node.board.app.axis[0].speed.rate_fusion.base_rate_rad_s, 1e-3);
+}
+
 static void test_faults_of_one_code_are_each_reported_and_over_together(void) {
   enable(0, PV);
   wait_ms(20);
@@ -718,6 +768,17 @@ static void test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forg
     CHECK_NEAR("A", 0.0, node.axis[0].monitor.state.witness.zero_a, 1e-3);
     turn_azimuth();
   }
+}
+
+/* 0.3 A is legal (2060:13): an axis that is switched on again must not take it for a contradiction. */
+static void test_the_offset_of_a_converter_is_measured_while_its_axis_is_in_fault(void) {
+  machine.axis[0].current_error_a = 0.3f;
+  wait_ms(100);
+  turn_azimuth();
+  machine.axis[0].health = HAL_POWER_STAGE;
+  wait_ms(200);
+  CHECK_NEAR("A", 0.3, node.axis[0].monitor.state.witness.zero_a, 1e-3);
+  CHECK_SAME("A", 0.0, motor_witness_zero_error_a(&node.axis[0].monitor.state.witness));
 }
 
 static void test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares(void) {
@@ -1031,6 +1092,8 @@ int main(void) {
   RUN_TEST(test_a_fault_that_comes_while_the_axis_is_in_another_is_reported_logged_and_over_when_it_is_gone);
   RUN_TEST(test_a_following_error_while_the_axis_is_in_another_fault_is_reported);
   RUN_TEST(test_an_implausible_sample_is_reported_while_the_axis_is_in_another_fault);
+  RUN_TEST(test_what_a_broken_gyro_said_of_the_base_ends_with_its_fault);
+  RUN_TEST(test_the_rate_of_the_base_survives_other_faults);
   RUN_TEST(test_faults_of_one_code_are_each_reported_and_over_together);
   RUN_TEST(test_gains_that_shake_an_axis_are_taken_back_reported_and_logged);
   RUN_TEST(test_gains_that_shake_stop_the_axis_when_its_motor_data_have_changed_too);
@@ -1039,6 +1102,7 @@ int main(void) {
   RUN_TEST(test_what_the_board_reports_of_an_axis_is_its_fault);
   RUN_TEST(test_bus_off_stops_both_axes);
   RUN_TEST(test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forgotten_with_the_reset);
+  RUN_TEST(test_the_offset_of_a_converter_is_measured_while_its_axis_is_in_fault);
   RUN_TEST(test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares);
   RUN_TEST(test_the_voltage_that_changes_a_current_is_no_fault_where_the_current_follows);
   RUN_TEST(test_a_reset_of_the_node_leaves_no_fault_half_counted);
