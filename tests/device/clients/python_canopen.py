@@ -14,6 +14,11 @@ from servoctl.slcan_tcp import SlcanTcpBus
 
 EVERYTHING = 1
 NODE_ID = 1
+RATE = 34907
+"""2 deg/s, in 1e-6 rad/s."""
+SILENT_S = 1.6
+"""Beyond 3041:1, 1 s of the node."""
+OFF, STOP = 0, 3
 
 
 def store(node):
@@ -26,10 +31,27 @@ def restore(node):
 
 
 def enable(node):
-    node.sdo[0x6007].raw = 0  # this master is silent between its steps
+    node.sdo[0x6007].raw = OFF  # the line of docs/can.md: this master is silent between its steps
     node.nmt.state = "OPERATIONAL"
     node.setup_402_state_machine()
     node.op_mode = "PROFILED VELOCITY"
+    node.state = "OPERATION ENABLED"
+
+
+def turn_while_silent(node):
+    node.sdo[0x60FF].raw = RATE
+    time.sleep(SILENT_S)
+    assert node.state == "OPERATION ENABLED", node.state
+    assert abs(node.sdo[0x606C].raw - RATE) < 0.2 * RATE, node.sdo[0x606C].raw
+
+
+def stop_when_silent(node):
+    node.sdo[0x6007].raw = STOP  # as delivered
+    time.sleep(SILENT_S)
+    assert node.state == "SWITCH ON DISABLED", node.state
+    assert node.sdo[0x603F].raw == 0 and abs(node.sdo[0x606C].raw) < 0.1 * RATE, node.sdo[0x606C].raw
+    node.sdo[0x6007].raw = OFF
+    node.sdo[0x60FF].raw = 0
     node.state = "OPERATION ENABLED"
 
 
@@ -75,7 +97,7 @@ def main(descriptions, address):
     node = BaseNode402(NODE_ID, descriptions)
     network.add_node(node)
     try:
-        for step in (store, restore, enable, get_a_fault, reset_the_fault, switch_off):
+        for step in (store, restore, enable, turn_while_silent, stop_when_silent, get_a_fault, reset_the_fault, switch_off):
             seen = take(step, node)
             print(json.dumps(seen), flush=True)
             if seen["error"]:
