@@ -71,8 +71,8 @@ def hero(results: Results, items: list[Comparison]) -> Hero | None:
         _axes(frame, speed),
         _set_point(frame, speed),
         *lines,
-        _label(frame, 0.10, 1.84 * speed, BASELINE, f"PI alone: 90 % after {number(times[0])} ms, disturbed by gusts"),
-        _label(frame, 1.60, 1.84 * speed, COMPENSATED, f"PI + VOB + FTC: 90 % after {number(times[1])} ms, steady"),
+        _label(frame, -0.25, 1.84 * speed, BASELINE, f"PI alone: 90 % after {number(times[0])} ms, disturbed by gusts"),
+        _label(frame, 1.50, 1.84 * speed, COMPENSATED, f"PI + VOB + FTC: 90 % after {number(times[1])} ms, steady"),
         "</svg>",
     ]
     seeds = item.rows[BASELINE].seeds
