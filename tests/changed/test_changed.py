@@ -62,9 +62,10 @@ def test_a_file_of_no_known_place_selects_the_whole_gate(repository):
     assert set(GATE) <= set(chosen(changed(repository).stdout))
 
 
-def test_a_page_selects_its_test_alone(repository):
+def test_a_page_selects_its_tests_alone(repository):
     write(repository, "docs/can.md")
-    assert chosen(changed(repository).stdout) == {"short": "docs/can.md (only these tests: test_docs)", "socketcan": "docs/can.md"}
+    pages = {step: "docs/can.md" for step in ("socketcan", "site")}
+    assert chosen(changed(repository).stdout) == {"short": "docs/can.md (only these tests: test_docs)", **pages}
 
 
 def test_a_line_of_firmware_leaves_out_the_tests_without_a_servo(repository):

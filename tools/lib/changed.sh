@@ -5,7 +5,7 @@
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
 firmware_steps="sanitized short clients image lint firmware long asan coverage attack mutate proofs fuzz cortex-m4 reproducible socketcan tidy python servoctl servoctl-image check"
-simulator_steps="short clients lint long asan attack fuzz cortex-m4 socketcan tidy cppcheck python servoctl servoctl-image check readme"
+simulator_steps="short clients lint long asan attack fuzz cortex-m4 socketcan tidy cppcheck python servoctl servoctl-image check site readme"
 
 # By the kind of the file.
 steps_of_kind() {
@@ -30,20 +30,20 @@ steps_of_place() {
     README.md) echo short:test_docs python readme ;;
     *.md)
       case "$1" in
-        docs/can.md) echo short:test_docs socketcan ;;
-        docs/can-objects.md) echo short:test_docs short:descriptions ;;
-        docs/faults.md) echo short:test_docs short:descriptions python ;;
-        docs/safety.md | docs/safety/*.md | docs/results/faults.md) echo short:test_docs python ;;
-        docs/board.md) echo short:test_docs long:first_power_up ;;
-        docs/* | CHANGELOG.md | CONTRIBUTING.md) echo short:test_docs ;;
-        tools/report/README.md) echo short:test_docs python ;;
-        tools/imager/README.md | tools/servoctl/README.md | tools/servoctl/LIBRARY.md) echo short:test_docs servoctl ;;
+        docs/can.md) echo short:test_docs socketcan site ;;
+        docs/can-objects.md) echo short:test_docs short:descriptions site ;;
+        docs/faults.md) echo short:test_docs short:descriptions python site ;;
+        docs/safety.md | docs/safety/*.md | docs/results/faults.md) echo short:test_docs python site ;;
+        docs/board.md) echo short:test_docs long:first_power_up site ;;
+        docs/* | CHANGELOG.md | CONTRIBUTING.md) echo short:test_docs site ;;
+        tools/report/README.md) echo short:test_docs python site ;;
+        tools/imager/README.md | tools/servoctl/README.md | tools/servoctl/LIBRARY.md) echo short:test_docs servoctl site ;;
         *) echo all ;;
       esac
       ;;
     docs/ci/*) echo check readme ;;
     docs/ros2/*) echo short:device long:device_image ;;
-    docs/images/*) echo short:test_docs ;;
+    docs/images/*) echo short:test_docs site ;;
 
     firmware/*/tests/*.cpp) echo short asan ;;
     firmware/*/tests/*.c | hal/*/tests/*.c) echo sanitized firmware coverage mutate cortex-m4 ;;
@@ -80,8 +80,9 @@ steps_of_place() {
 
     tools/demo | tools/lib/build_progress.sh) echo python readme ;;
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;
+    tools/site | tools/website/* | tools/requirements-site.*) echo site ;;
     tools/update-docs) ;;
-    tools/imager/*) echo clients servoctl servoctl-image ;;
+    tools/imager/*) echo clients servoctl servoctl-image site ;;
     tools/image/*) echo image short long reproducible servoctl-image check ;;
     tools/minimax/*.py) ;;
     tools/mutate | tools/mutation/*) echo mutate python ;;
@@ -90,7 +91,7 @@ steps_of_place() {
     tools/registers/*) echo image ;;
     tools/report/*) echo python ;;
     tools/servoctl/servoctl/text_file.py) echo clients servoctl servoctl-image socketcan short long python ;;
-    tools/servoctl/*) echo clients servoctl servoctl-image socketcan short long readme ;;
+    tools/servoctl/*) echo clients servoctl servoctl-image socketcan short long site readme ;;
     tools/source_checks/*) echo includes python ;;
     *) echo all ;;
   esac

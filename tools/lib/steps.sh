@@ -245,6 +245,12 @@ step_python() {
   PYTHONPATH=tools/report:tools/servoctl "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 tools/report/tests tools/mutation/tests tests/readme tests/changed tests/demo tests/docs tests/fuzz tests/hooks
 }
 
+# What its test needs beside the gate's packages is installed here: the gate does without.
+step_site() {
+  tools/setup site && cmake --preset host && cmake --build --preset host --target sim_host identify &&
+    "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 --durations=5 tools/website/tests
+}
+
 step_readme() {
   local cache=()
   ! command -v ccache >/dev/null || cache=(--ccache "$(ccache --get-config cache_dir)")
