@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # TRACKSERVO_GIT: the commit that is built, with "-dirty" when files differed from it, or "unknown" without git. It is
-# taken when CMake runs, and every commit makes CMake run.
+# taken when CMake runs, and every commit makes CMake run. It is the same in every clone: git would show more digits in a
+# larger one, and a tag in place of the commit where there is one.
 include_guard(GLOBAL)
 
 execute_process(
-  COMMAND git describe --always --dirty
+  COMMAND git describe --always --dirty --abbrev=12 --exclude=*
   WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}"
   OUTPUT_VARIABLE TRACKSERVO_GIT
   OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
