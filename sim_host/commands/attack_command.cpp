@@ -12,13 +12,14 @@
 #include "attack/named_sequences.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "config/data_folder.hpp"
 #include "output_files.hpp"
 
 namespace trackservo::sim {
 namespace {
 
 struct AttackCommand {
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
   AttackOptions attack;
   std::string seeds = "5000";
   std::optional<std::uint64_t> replay;

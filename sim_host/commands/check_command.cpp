@@ -16,6 +16,7 @@
 #include "check/results_file.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "config/data_folder.hpp"
 #include "output_files.hpp"
 #include "run/scenario_check.hpp"
 
@@ -30,7 +31,7 @@ constexpr int kKept = 0;
 constexpr int kNotKept = 1;
 
 struct CheckOptions {
-  fs::path data_dir = TRACKSERVO_DATA_DIR;
+  fs::path data_dir = data_folder();
   fs::path plant;
   fs::path gains;
   std::vector<fs::path> scenarios;

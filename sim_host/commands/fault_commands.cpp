@@ -8,6 +8,7 @@
 
 #include "base/job_pool.hpp"
 #include "command_line.hpp"
+#include "config/data_folder.hpp"
 #include "fault_injection/fault_matrix.hpp"
 #include "fault_injection/fault_scenario.hpp"
 #include "fault_injection/shaking_gains.hpp"
@@ -18,7 +19,7 @@ namespace trackservo::sim {
 namespace {
 
 struct FaultsCommand {
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
   std::filesystem::path scenario;
   MatrixOptions matrix;
   int shaking_gains = 0;
@@ -51,7 +52,7 @@ int faults(const FaultsCommand& command) {
 }
 
 struct SoakCommand {
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
   double hours = 24.0;
   std::uint64_t seed = 1;
   int threads = usable_threads();
@@ -62,7 +63,7 @@ int soak(const SoakCommand& command) {
   if (command.random_plants > 0) {
     MonitoredPlantsSetup setup;
     setup.nominal = load_plant(command.plant);
-    setup.scenarios = scenarios_of_experiments(TRACKSERVO_DATA_DIR);
+    setup.scenarios = scenarios_of_experiments(data_folder());
     setup.count = command.random_plants;
     setup.seed = command.seed;
     setup.threads = command.threads;

@@ -9,6 +9,7 @@
 #include "board_program.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "config/data_folder.hpp"
 #include "design/design_check.hpp"
 #include "output_files.hpp"
 #include "target_arguments.hpp"
@@ -24,7 +25,7 @@ constexpr double kFastest = 1000.0;
 constexpr int kBoardCatchUp_ticks = 4;
 
 struct ServeCommand {
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
   BoardOptions board;
   ServeOptions options;
   std::string speed = "realtime";

@@ -40,6 +40,7 @@
 #include "commissioning/commissioning_report.hpp"
 #include "commissioning/tuned_gains.hpp"
 #include "config/arguments.hpp"
+#include "config/data_folder.hpp"
 #include "design/design_check.hpp"
 #include "fault_commands.hpp"
 #include "output_files.hpp"
@@ -277,7 +278,7 @@ void add_identify(CLI::App& app, int& code) {
 }
 
 void add_bench(CLI::App& app) {
-  auto data_dir = std::make_shared<std::filesystem::path>(TRACKSERVO_DATA_DIR);
+  auto data_dir = std::make_shared<std::filesystem::path>(sim::data_folder());
   CLI::App *command =
       app.add_subcommand("bench", "measure how fast the simulator and the firmware run on this machine");
   command->add_option("--data", *data_dir, sim::kDataHelp)->check(CLI::ExistingDirectory);

@@ -10,6 +10,7 @@
 #include "base/job_pool.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "config/data_folder.hpp"
 #include "output_files.hpp"
 #include "studies/base_motion/base_motion.hpp"
 #include "studies/campaign/campaign.hpp"
@@ -50,7 +51,7 @@ constexpr int kMinPlants = 2;
 constexpr int kMaxPlants = 1000000;
 
 struct RandomPlantsOptions {
-  std::filesystem::path data_dir = TRACKSERVO_DATA_DIR;
+  std::filesystem::path data_dir = data_folder();
   std::filesystem::path plant;  // empty: the tracker of the data folder
   std::string seeds;            // instead of the setup's seed and count, if not empty
   RandomPlantsSetup setup;
@@ -89,7 +90,7 @@ RandomPlantsSetup random_plants_setup(const RandomPlantsOptions& options, const 
     setup.count = range.count;
   }
   setup.study.plant = load_plant(plant);
-  const std::vector<Experiment> experiments = load_experiments(options.data_dir, TRACKSERVO_DATA_DIR);
+  const std::vector<Experiment> experiments = load_experiments(options.data_dir, data_folder());
   const Experiment& steady = experiment_named("steady_speed", experiments);
   setup.study.scenario = steady.studies.front().scenario;
   setup.study.experiment = steady.name;
@@ -133,8 +134,8 @@ void random_plants(const RandomPlantsOptions& options) {
 
 // Options of every study, including its seeds.
 CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options, const std::vector<std::string>& files) {
-  options.data_dir = TRACKSERVO_DATA_DIR;
-  options.shipped_dir = TRACKSERVO_DATA_DIR;
+  options.data_dir = data_folder();
+  options.shipped_dir = data_folder();
   OutputFiles(command).folder("--out", options.out_dir, "folder for the results", files)->required();
   command.add_option("--data", options.data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   add_threads(command, options.threads);
@@ -165,7 +166,7 @@ void write_study(const RequirementSource& source, const std::vector<Requirement>
 
 struct BaseMotionOptions {
   BaseMotionSetup setup;
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
   std::filesystem::path out_dir;
 };
 
@@ -183,7 +184,7 @@ void base_motion(const BaseMotionOptions& options) {
 
 struct PassesOptions {
   PassesSetup setup;
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
   std::filesystem::path out_dir;
 };
 
@@ -191,7 +192,7 @@ void passes(const PassesOptions& options) {
   PassesSetup setup = options.setup;
   refuse_repeated_seeds(setup.seeds);
   setup.plant = load_plant(options.plant);
-  setup.scenario = load_scenario(std::filesystem::path(TRACKSERVO_DATA_DIR) / "studies/straight_passes/scenario.toml");
+  setup.scenario = load_scenario(data_folder() / "studies/straight_passes/scenario.toml");
   start_progress();
   const std::vector<PassResult> results = run_passes(setup, show_progress);
   print(setup, results);
@@ -202,7 +203,7 @@ void passes(const PassesOptions& options) {
 
 struct NodeTrackingOptions {
   NodeTrackingSetup setup;
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
   std::filesystem::path out_dir;
 };
 
@@ -210,7 +211,7 @@ void node_tracking(const NodeTrackingOptions& options) {
   NodeTrackingSetup setup = options.setup;
   refuse_repeated_seeds(setup.seeds);
   setup.plant = load_plant(options.plant);
-  setup.cases = shipped_node_tracking(setup.plant, TRACKSERVO_DATA_DIR);
+  setup.cases = shipped_node_tracking(setup.plant, data_folder());
   start_progress();
   const std::vector<NodeTrackingResult> results = run_node_tracking(setup, show_progress);
   print(setup, results);

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/data_folder.hpp"
 #include "device/simulated_node.hpp"
 #include "dictionary/device_description.hpp"
 #include "fault_description.hpp"
@@ -78,7 +79,7 @@ constexpr std::string_view kCommitted[] = {"docs/can-objects.md",
 int compare_with_committed(const Texts& texts) {
   int differing = 0;
   for (const std::string_view name : kCommitted) {
-    const std::filesystem::path file = std::filesystem::path(TRACKSERVO_DATA_DIR).parent_path() / name;
+    const std::filesystem::path file = sim::data_folder().parent_path() / name;
     std::ifstream stream(file, std::ios::binary);
     const std::string committed((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
     for (const auto& [printed_name, text] : texts) {
@@ -103,7 +104,7 @@ int main(int argc, char **argv) {
     return 2;
   }
   try {
-    const sim::PlantConfig plant = sim::load_plant(std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml");
+    const sim::PlantConfig plant = sim::load_plant(sim::data_folder() / "plants/tracker.toml");
     Texts texts = describe_defaults(plant);
     if (!only_defaults) {
       const Texts described = describe_node(plant);
