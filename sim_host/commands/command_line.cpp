@@ -101,6 +101,7 @@ CLI::Validator share(double most) {
 
 int run_program(const char *name, CLI::App& app, int argc, char **argv, const int& code) {
   constexpr int kWrongInput = 2;
+  app.set_version_flag("--version", fmt::format("{} {}", name, TRACKSERVO_VERSION), "print the version");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -53,8 +53,8 @@ void add_threads(CLI::App& command, int& threads);
 CLI::Validator share(double most);
 
 // Parses the arguments, which runs the chosen command, and ends as every program of ours: with the code that the
-// command set, 0 after --help, 2 after wrong input, of which the standard error gets one sentence that begins with
-// `name`.
+// command set, 0 after --help and --version, 2 after wrong input, of which the standard error gets one sentence that
+// begins with `name`.
 int run_program(const char *name, CLI::App& app, int argc, char **argv, const int& code);
 
 }  // namespace trackservo::sim

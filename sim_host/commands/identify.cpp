@@ -179,6 +179,7 @@ void add_paper_damping(CLI::App& app, DampingOptions& options) {
 int main(int argc, char **argv) {
   try {
     CLI::App app{"Identifies friction and plant of an axis from recorded runs, and designs gains for it."};
+    app.set_version_flag("--version", "identify " TRACKSERVO_VERSION, "print the version");
     app.require_subcommand(1);
     int code = 0;
     FitOptions options;

@@ -75,7 +75,7 @@ int serve_board(const sim::BoardOptions& given, const sim::PlantConfig& plant, c
 std::vector<std::string> with_command(int argc, char **argv) {
   std::vector<std::string> arguments(argv, argv + argc);
   const std::string first = argc > 1 ? argv[1] : "--help";
-  if (first != "serve" && first != "check" && first != "--help" && first != "-h") {
+  if (first != "serve" && first != "check" && first != "--help" && first != "-h" && first != "--version") {
     arguments.insert(arguments.begin() + 1, "serve");
   }
   return arguments;

@@ -73,7 +73,9 @@ constexpr std::string_view kCommitted[] = {"docs/can-objects.md",
                                            "firmware/products/brushed_tracker/default_schema.h",
                                            "tools/servoctl/servoctl/descriptions/faults.json",
                                            "tools/servoctl/servoctl/descriptions/parameters.json",
-                                           "tools/servoctl/servoctl/descriptions/version.txt"};
+                                           "tools/servoctl/servoctl/descriptions/version.txt",
+                                           "tools/identify/trackservo_identify/version.txt",
+                                           "tools/imager/imager/version.txt"};
 
 // How many committed files differ from the printed texts; names each.
 int compare_with_committed(const Texts& texts) {
