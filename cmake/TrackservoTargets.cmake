@@ -8,12 +8,24 @@ include(TrackservoInstrumentation)
 add_library(trackservo_reproducible_floats INTERFACE)
 target_compile_options(trackservo_reproducible_floats INTERFACE -ffp-contract=off -fno-math-errno)
 
-# For an image: tools/image/budget.py reads what every function takes of the stack, and no path of this machine is in it.
+# For an image: tools/image/budget.py reads what every function takes of the stack.
 add_library(trackservo_image_options INTERFACE)
 if(CMAKE_CROSSCOMPILING)
-  target_compile_options(
-    trackservo_image_options INTERFACE -fstack-usage "-ffile-prefix-map=${PROJECT_BINARY_DIR}=build"
-                                       "-ffile-prefix-map=${PROJECT_SOURCE_DIR}=.")
+  target_compile_options(trackservo_image_options INTERFACE -fstack-usage)
+endif()
+
+# What is released is the same from every folder: no path of this machine is in it. A program brings the libraries that it
+# needs in the folder lib beside its own, and C++'s within itself.
+add_library(trackservo_release_options INTERFACE)
+if(CMAKE_CROSSCOMPILING OR TRACKSERVO_RELEASE)
+  set(without_paths "-ffile-prefix-map=${PROJECT_BINARY_DIR}=build" "-ffile-prefix-map=${PROJECT_SOURCE_DIR}=.")
+  target_compile_options(trackservo_release_options INTERFACE ${without_paths})
+  target_link_options(trackservo_release_options INTERFACE ${without_paths}) # which optimises across files
+endif()
+if(TRACKSERVO_RELEASE AND NOT CMAKE_CROSSCOMPILING)
+  target_link_options(trackservo_release_options INTERFACE -static-libgcc "$<$<LINK_LANGUAGE:CXX>:-static-libstdc++>")
+  set(CMAKE_BUILD_WITH_INSTALL_RPATH ON) # a path of this machine would leave its length in the program
+  set(CMAKE_INSTALL_RPATH "$ORIGIN/../lib")
 endif()
 
 # The board's image is optimised across files, and so is what counts the image's instructions. On a host nothing is: a run
@@ -37,7 +49,7 @@ function(trackservo_own_code target)
   target_compile_features(${target} PRIVATE c_std_11 "$<$<BOOL:${TRACKSERVO_SIMULATOR}>:cxx_std_17>")
   set_target_properties(${target} PROPERTIES C_STANDARD 11 C_EXTENSIONS OFF CXX_STANDARD 17 CXX_EXTENSIONS OFF)
   target_link_libraries(${target} PRIVATE trackservo_warnings trackservo_reproducible_floats trackservo_image_options
-                                          trackservo_sanitizers)
+                                          trackservo_release_options trackservo_sanitizers)
   if(CMAKE_CROSSCOMPILING)
     # Libraries hold ordinary code as well ("fat objects"), and who is not optimised across files has to say so, or the
     # linker would do it nevertheless. Cut in parts, local functions lose their file's name, which the image's budget needs.
@@ -52,7 +64,7 @@ endfunction()
 # Who uses them so needs their libraries' definitions.
 function(trackservo_own_cpp target)
   trackservo_own_code(${target})
-  target_link_libraries(${target} PRIVATE Boost::headers Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json)
+  target_link_libraries(${target} PRIVATE Boost::headers Eigen3::Eigen trackservo_fmt nlohmann_json::nlohmann_json)
   target_precompile_headers(${target} REUSE_FROM trackservo_headers)
 endfunction()
 

@@ -18,7 +18,8 @@ void hand_over_to_board(const std::vector<std::string>& arguments) {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "emulate_board";
   if (!fs::exists(program)) {
     throw std::invalid_argument(
-        fmt::format("--image needs the emulated board, but {} is not built: run ./tools/setup test, then cmake "
+        fmt::format("--image needs the emulated board, but {} is missing: a release has it in the archive "
+                    "trackservo-emulator; in a checkout run ./tools/setup test, then cmake "
                     "--preset host, then cmake --build --preset host --target emulate_board",
                     program.string()));
   }
