@@ -15,7 +15,7 @@ import can
 
 from .device import Device
 from .errors import MotionError
-from .turns import FileLock
+from .file_lock import FileLock
 
 MONITOR_MS = 1009
 """The device brakes when our heartbeat is missing for this long; an odd number, which identifies our entries."""

@@ -3,75 +3,24 @@
 
 The node has one SDO server: each transfer is one turn. A long one, such as reading a capture, waits until no servoctl
 moves an axis, because a motion must be monitored all the time. An axis, the fast stream and a master's id belong to one
-process at a time. The kernel frees the locks of a process that ends. Other programs do not use these locks; they must
+process at a time. Other programs do not use these locks; they must
 use only PDOs meanwhile.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
-import tempfile
 import time
 import zlib
 from collections.abc import Iterator
-from pathlib import Path
 
 from .errors import MotionError
+from .file_lock import FileLock
 
 SETTLE_S = 0.005
 """After another process' turn: we also receive the answer to it. If both write the same object, only the time tells its answer
 from ours."""
-
-
-class FileLock:
-    """A lock in a file of the user, in the system's folder for locks; the file stays for other processes, with its
-    text."""
-
-    def __init__(self, name: str) -> None:
-        folder = Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir())
-        path = folder / f"servoctl-{os.getuid()}-{name}.lock"
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-
-    def wait(self, shared: bool = False) -> None:
-        """Takes it, alone or shared; changes a lock that we already have."""
-        fcntl.flock(self._descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
-
-    def try_alone(self) -> bool:
-        """Takes it alone if no other process has it; otherwise the lock that we had is lost."""
-        try:
-            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        return True
-
-    def release(self) -> None:
-        """For the next one."""
-        fcntl.flock(self._descriptor, fcntl.LOCK_UN)
-
-    @contextlib.contextmanager
-    def held(self, shared: bool = False) -> Iterator[None]:
-        """Within a `with` block."""
-        self.wait(shared)
-        try:
-            yield
-        finally:
-            self.release()
-
-    @property
-    def text(self) -> str:
-        """Contents of the file."""
-        return os.pread(self._descriptor, 100, 0).decode("ascii", errors="replace")
-
-    @text.setter
-    def text(self, text: str) -> None:
-        os.ftruncate(self._descriptor, 0)
-        os.pwrite(self._descriptor, text.encode("ascii"), 0)
-
-    def close(self) -> None:
-        """Releases it too."""
-        os.close(self._descriptor)
 
 
 class Turns:
