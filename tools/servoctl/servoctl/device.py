@@ -109,6 +109,7 @@ class Device:
         self._schema_file = schema_file
         self._schema: Schema | None = None
         self.reported_hash: int | None = None
+        self._firmware = ""  # version of a device whose objects are unknown
         self.bit_rate = bit_rate_of(address, bitrate)
         """In bit/s; None if it is unknown."""
         self.network = canopen.Network(bus=open_bus(address, bitrate))
@@ -282,10 +283,11 @@ class Device:
             known = f"the hash of {self.any_schema.origin} is {mine}"
         else:
             known = f"servoctl {__version__} includes {carried_hash()}; searched without success: {search_places()}"
+        other = f", version {self._firmware}" if self._firmware not in ("", __version__) else ""
         return (
             f"{reported}; {known}. Give the parameters.json of its firmware's build with --parameters FILE (or {ENVIRONMENT}), or"
-            " use the servoctl of that firmware. Without it scan, info, state, move, scope, faults and objects by index work,"
-            " as in 'get 0x2000:1 --type REAL32'."
+            f" use the servoctl of that firmware{other}, or flash the image of servoctl's release, {__version__}. Without it scan,"
+            " info, state, move, scope, faults and objects by index work, as in 'get 0x2000:1 --type REAL32'."
         )
 
     def _choose_schema(self) -> Schema:
@@ -295,6 +297,8 @@ class Device:
         chosen = load_named(named) if named else find_schema(self.reported_hash)
         if chosen.hash == self.reported_hash:
             remember(chosen)
+        else:
+            self._firmware = (self.try_upload(0x100A) or b"").decode("ascii", errors="replace").rstrip("\0")
         return chosen
 
     # --- the node -------------------------------------------------------------------------------------------------

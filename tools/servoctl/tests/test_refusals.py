@@ -102,7 +102,8 @@ def test_another_schema_hash_is_reported_with_what_servoctl_carries_and_what_to_
         for part in (
             f"schema hash is {reported:08X}", f"servoctl {__version__} includes {reported ^ 2:08X}",
             str(servo.folder / "cache"),
-            "--parameters FILE", "SERVOCTL_PARAMETERS", "servoctl of that firmware", "--type REAL32",
+            "--parameters FILE", "SERVOCTL_PARAMETERS", "servoctl of that firmware",
+            f"image of servoctl's release, {__version__}", "--type REAL32",
         ):  # fmt: skip
             assert part in refused.err, part
     assert servo.json("get", "0x2000:1", "--type", "REAL32")[0]["value"] > 0
