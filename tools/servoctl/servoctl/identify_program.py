@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from .schema import named_file_of, starts
 from .text_file import json_of, read_text
 
 ENVIRONMENT = "TRACKSERVO_IDENTIFY"
+PACKAGE = "trackservo_identify"
 BUILD = "cmake --preset host && cmake --build --preset host --target identify"
 LOOK_S = 0.1
 FITTED, REFUSED_SOME, REFUSED_SOME_BEFORE = 0, 1, 2
@@ -24,8 +26,8 @@ FITTED, REFUSED_SOME, REFUSED_SOME_BEFORE = 0, 1, 2
 
 
 def find_identify(explicit: Path | None) -> Path:
-    """By option, environment, the build of the surrounding checkout, PATH; raises InputError that says how to build
-    it."""
+    """By option, environment, the build of the surrounding checkout, the package trackservo-identify, PATH; raises
+    InputError that says how to get it."""
     named = named_file_of(explicit, ENVIRONMENT)
     if named is not None:
         if not (named.is_file() and os.access(named, os.X_OK)):
@@ -35,16 +37,28 @@ def find_identify(explicit: Path | None) -> Path:
         for folder in (start, *start.parents):
             for path in sorted(folder.glob("build/host/bin/identify")):
                 return path
+    packed = _packed()
+    if packed is not None:
+        return packed
     found = shutil.which("identify")
     # ImageMagick has a program of this name too.
     if found and "paper-damping" not in (_help(found) or ""):
         found = None
     if found is None:
         raise InputError(
-            f"the program 'identify' was not found: build it in the source tree with '{BUILD}', or give its path"
-            f" with --identify-program or {ENVIRONMENT}."
+            f"the program 'identify' was not found: on Linux install 'servoctl[identify]', in the source tree build it with"
+            f" '{BUILD}', or give its path with --identify-program or {ENVIRONMENT}."
         )
     return Path(found)
+
+
+def _packed() -> Path | None:
+    """That of the package trackservo-identify, if it is installed (tools/identify)."""
+    try:
+        program = Path(import_module(PACKAGE).PROGRAM)
+    except ImportError:
+        return None
+    return program if os.access(program, os.X_OK) else None
 
 
 def _help(program: str) -> str | None:

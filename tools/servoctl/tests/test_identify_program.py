@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from servoctl.errors import InputError, MotionError
-from servoctl.identify_program import IdentifyProgram
+from servoctl.identify_program import ENVIRONMENT, PACKAGE, IdentifyProgram, find_identify
 
 OLD, NEW = "the result before", "new"
 
@@ -50,3 +51,30 @@ def test_files_take_the_place_of_those_before_when_a_run_has_succeeded(
             program.fit(tmp_path / "runs.csv", result, residuals)
     wanted = NEW if error is None else OLD
     assert files(tmp_path) == {"result.json": wanted, "residuals.csv": wanted}
+
+
+@pytest.fixture
+def outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder that is no checkout's, without any identify."""
+    monkeypatch.setattr("servoctl.identify_program.starts", lambda: (tmp_path,))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv(ENVIRONMENT, raising=False)
+    monkeypatch.delitem(sys.modules, PACKAGE, raising=False)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+def test_outside_a_checkout_the_package_has_the_program(outside: Path) -> None:
+    package = outside / PACKAGE
+    package.mkdir()
+    (package / "__init__.py").write_text("from pathlib import Path\nPROGRAM = Path(__file__).parent / 'identify'\n")
+    program = identify(package, "").path
+    assert find_identify(None) == program
+    program.chmod(0o644)
+    with pytest.raises(InputError):
+        find_identify(None)
+
+
+def test_without_any_the_sentence_names_what_to_install(outside: Path) -> None:
+    with pytest.raises(InputError, match=r"not found: on Linux install 'servoctl\[identify\]'"):
+        find_identify(None)

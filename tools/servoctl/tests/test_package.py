@@ -66,11 +66,14 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_wheel_has_every_file_of_the_package(environment: Path) -> None:
     (package,) = environment.glob("lib/python*/site-packages/servoctl")
     files = {path.relative_to(PACKAGE / "servoctl") for path in (PACKAGE / "servoctl").rglob("*") if path.is_file()}
-    ours = {path for path in files if "__pycache__" not in path.parts}
+    licence = Path("ui/page/uplot/LICENSE")  # with the other licences
+    ours = {path for path in files if "__pycache__" not in path.parts} - {licence}
     assert ours == {
         path.relative_to(package) for path in package.rglob("*") if path.is_file() and "__pycache__" not in path.parts
     }
     assert {Path("descriptions/parameters.json"), Path("ui/page/uplot/uPlot.esm.js"), Path("ui/page/uplot/uPlot.min.css")} <= ours
+    (licences,) = package.parent.glob("servoctl-*.dist-info/licenses")
+    assert (licences / "LICENSE").is_file() and (licences / "servoctl" / licence).is_file()
 
 
 def test_what_needs_no_device_works_from_the_wheel_in_any_folder(environment: Path, tmp_path: Path) -> None:
