@@ -5,7 +5,7 @@
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
 build="$root/build"
 # shellcheck disable=SC2034  # used by the scripts that source this file
-venv="$build/venv"
+venv="$build/venv" release_venv="$build/release-venv"
 
 headline() {
   if [[ -t 1 ]]; then
