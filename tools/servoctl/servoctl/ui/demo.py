@@ -34,7 +34,8 @@ def find_simulator() -> Path:
         if os.access(place, os.X_OK) and place.is_file():
             return place
     raise InputError(
-        f"--demo needs the simulator, which is not built: run './tools/demo' in the checkout, or name the program in {ENVIRONMENT}."
+        f"--demo needs the simulator, which is not built: run './tools/demo' in the checkout, or name the program of a release in"
+        f" {ENVIRONMENT}."
     )
 
 
