@@ -120,9 +120,10 @@ class Terminal:
 
 
 class Reader:
-    """A reader who copies the README into terminals. `on_first_server` is called once, when a machine runs in real time."""
+    """A reader who copies a page into terminals. `on_first_server` is called once, when a machine runs in real time."""
 
-    def __init__(self, root: Path, cache: Cache, on_first_server: Callable[[], None]) -> None:
+    def __init__(self, root: Path, cache: Cache, on_first_server: Callable[[], None], page: str = "README.md") -> None:
+        self._page = page
         self._root = root
         self._cache = cache
         self._terminal = Terminal(root, "00-terminal", cache)
@@ -147,6 +148,10 @@ class Reader:
         for command in block.to_run:
             self._timed(block.line, command, lambda command=command: self._terminal.run(command))
 
+    def prepare(self, command: str) -> None:
+        """What is not on the page."""
+        self._terminal.run(command)
+
     def _start_server(self, block: Block) -> None:
         assert self._server is not None
         self._server.start(block.commands, block.detail)
@@ -157,9 +162,9 @@ class Reader:
         try:
             action()
         except Failed as failure:
-            print(f"FAILED README.md:{line}: {shown}: {failure}", flush=True)
+            print(f"FAILED {self._page}:{line}: {shown}: {failure}", flush=True)
             raise
-        print(f"ok {time.monotonic() - started:7.1f} s  README.md:{line}: {shown}", flush=True)
+        print(f"ok {time.monotonic() - started:7.1f} s  {self._page}:{line}: {shown}", flush=True)
 
     def _stop_server(self) -> None:
         if self._server is not None:

@@ -7,7 +7,8 @@ import pytest
 
 from readme_blocks import Kind, ReadmeError, blocks_of
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+PROJECT = Path(__file__).resolve().parents[2]
+README = PROJECT / "README.md"
 
 
 def test_every_sh_block_is_found_and_no_other():
@@ -48,3 +49,8 @@ def test_the_readme_itself_can_be_run():
     blocks = blocks_of(README.read_text())
     assert blocks[0].commands == ("./tools/demo",)
     assert {Kind.FOREGROUND, Kind.BACKGROUND, Kind.HARDWARE, Kind.INSTEAD} == {block.kind for block in blocks}
+
+
+def test_so_can_the_page_of_a_release():
+    blocks = blocks_of((PROJECT / "tools/releasing/START.md").read_text())
+    assert {Kind.FOREGROUND, Kind.BACKGROUND, Kind.HARDWARE} == {block.kind for block in blocks}

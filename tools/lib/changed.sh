@@ -22,6 +22,7 @@ steps_of_kind() {
 # file that this list does not know, and for what every step uses. The first pattern that fits counts.
 steps_of_place() {
   case "$1" in
+    .github/workflows/release.yml | tests/release/*.py) echo release ;;
     LICENSE | .gitignore | .dockerignore | .editorconfig | .github/*) ;;
     .ci/*) echo scripts ;;
     .clang-format) echo format python ;;
@@ -36,6 +37,7 @@ steps_of_place() {
         docs/safety.md | docs/safety/*.md | docs/results/faults.md) echo short:test_docs python site ;;
         docs/board.md) echo short:test_docs long:first_power_up site ;;
         docs/* | CHANGELOG.md | CONTRIBUTING.md) echo short:test_docs site ;;
+        tools/releasing/START.md | tools/identify/README.md) echo release ;;
         tools/report/README.md) echo short:test_docs python site ;;
         tools/imager/README.md | tools/servoctl/README.md | tools/servoctl/LIBRARY.md) echo short:test_docs servoctl site ;;
         *) echo all ;;
@@ -82,7 +84,10 @@ steps_of_place() {
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;
     tools/site | tools/website/* | tools/requirements-site.*) echo site ;;
     tools/update-docs) ;;
+    tools/release | tools/lib/release.sh | tools/releasing/* | tools/requirements-release.txt | tools/identify/*) echo release ;;
+    tools/servoctl/pyproject.toml | tools/servoctl/setup.py | tools/imager/pyproject.toml | tools/imager/setup.py) echo clients release servoctl servoctl-image readme ;;
     tools/imager/*) echo clients servoctl servoctl-image site ;;
+    tools/image/board | tools/image/option_bytes.py) echo image short long reproducible release servoctl-image check ;;
     tools/image/*) echo image short long reproducible servoctl-image check ;;
     tools/minimax/*.py) ;;
     tools/mutate | tools/mutation/*) echo mutate python ;;

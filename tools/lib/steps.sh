@@ -237,6 +237,22 @@ step_lint() {
   [[ ${#sources[@]} == 0 ]] || tidy_sources "${sources[@]}"
 }
 
+# client_types SYSTEM: servoctl and imager use nothing that this system lacks, as far as types tell.
+client_types() {
+  local client
+  for client in servoctl imager; do
+    (cd "tools/$client" && "$venv/bin/python" -m mypy --platform "$1" --cache-dir "$root/build/mypy-$1-$client" "$client") || return
+  done
+}
+
+# In a set-up of its own, because nothing else needs wheels.
+step_release() {
+  tools/setup release &&
+    "$venv/bin/python" -m mypy --strict --cache-dir build/mypy-releasing --python-executable "$release_venv/bin/python" tools/releasing/*.py &&
+    client_types win32 && client_types darwin &&
+    "$venv/bin/python" -m pytest -q -p no:cacheprovider --durations=5 tools/releasing/tests tests/release
+}
+
 step_cppcheck() {
   tools/misra/check simulator
 }
