@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One version number: that of CMakeLists.txt. Programs and packages state it, and the objects of the device that do. The image's
-version block is in tools/image/tests/test_image.py."""
+"""One version number: that of CMakeLists.txt. Programs state it, and the objects of the device that do. The test `descriptions`
+compares the packages' version.txt; the image's version block is in tools/image/tests/test_image.py."""
 
 import pathlib
 import re
@@ -24,11 +24,6 @@ COMMANDS = {
 def test_every_program_states_the_version(name):
     done = subprocess.run([*COMMANDS[name], "--version"], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{name} {STATED}\n", "")
-
-
-@pytest.mark.parametrize("package", ["servoctl/servoctl/descriptions", "identify/trackservo_identify", "imager/imager"])
-def test_every_package_has_the_version(package):
-    assert (PROJECT / "tools" / package / "version.txt").read_text("ascii") == f"{STATED}\n"
 
 
 @pytest.mark.parametrize("place", ["100A | 0", "3030 | 1"])

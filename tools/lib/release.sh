@@ -182,10 +182,13 @@ make_wheels() {
   make_requirements
 }
 
+# The folder of the packages of the project's own Python.
+site_packages() { "$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))'; }
+
 # The versions that were tested, with hashes: for servoctl, and for the imager with it.
 make_requirements() {
   local site
-  site="$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"
+  site="$(site_packages)"
   releasing python_packages requirements "$site" "$out"/servoctl-*.whl "$out"/trackservo_identify-*.whl >"$out/requirements-servoctl.txt"
   releasing python_packages requirements "$site" "$out"/{servoctl,trackservo_identify,trackservo_imager}-*.whl >"$out/requirements-imager.txt"
 }
@@ -207,7 +210,7 @@ make_wheelhouse() {
 
 make_pages() {
   local site
-  site="$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"
+  site="$(site_packages)"
   sed "s/@VERSION@/$version/g; s/@MACHINE@/$machine/g" tools/releasing/START.md >"$out/START.md"
   releasing changelog notes CHANGELOG.md "$version" >"$out/CHANGES.md"
   sed -n '/^## Which version keeps which stored set/,/^## /{/^## [^W]/d;p}' docs/releases.md >"$out/STORED-SETS.md"

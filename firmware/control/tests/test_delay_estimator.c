@@ -119,6 +119,15 @@ static void fly(const flight *with) {
   }
 }
 
+/* Flies, and expects a result with an interval no wider than this and the error within twice the interval. */
+static void check_found(const flight *with, double half_width_s) {
+  fly(with);
+  const delay_error found = delay_estimator_result(&estimator);
+  TEST_ASSERT_TRUE(found.known);
+  CHECK_NEAR("s", with->error_s, found.error_s, 2.0f * found.half_width_s);
+  CHECK_AT_MOST("s", half_width_s, found.half_width_s);
+}
+
 static void add_still_frames(int count) {
   for (int i = 0; i < count; ++i) {
     delay_estimator_add(&estimator, &(delay_sample){.interval_s = 0.02f});
@@ -140,11 +149,7 @@ static void test_finds_the_error_of_the_stated_age(void) {
     flight with = kShaken;
     with.error_s = 1e-3 * ms;
     delay_estimator_reset(&estimator);
-    fly(&with);
-    const delay_error found = delay_estimator_result(&estimator);
-    TEST_ASSERT_TRUE(found.known);
-    CHECK_NEAR("s", with.error_s, found.error_s, 2.0f * found.half_width_s);
-    CHECK_AT_MOST("s", 3.4e-3, found.half_width_s);
+    check_found(&with, 3.4e-3);
   }
 }
 
@@ -182,11 +187,7 @@ static void test_a_gap_or_another_target_spoils_nothing(void) {
   with.gap_at = 1000;
   with.jump_at = 2000;
   with.error_s = 4e-3;
-  fly(&with);
-  const delay_error found = delay_estimator_result(&estimator);
-  TEST_ASSERT_TRUE(found.known);
-  CHECK_NEAR("s", with.error_s, found.error_s, 2.0f * found.half_width_s);
-  CHECK_AT_MOST("s", 3.4e-3, found.half_width_s);
+  check_found(&with, 3.4e-3);
 }
 
 /* Another target within the first 50 frames that count, which begin after 2 s. Its jump in the sums would hide 300 s of
@@ -197,11 +198,7 @@ static void test_another_target_among_the_first_frames_spoils_nothing(void) {
     with.jump_at = frame;
     with.error_s = 4e-3;
     delay_estimator_reset(&estimator);
-    fly(&with);
-    const delay_error found = delay_estimator_result(&estimator);
-    TEST_ASSERT_TRUE(found.known);
-    CHECK_NEAR("s", with.error_s, found.error_s, 2.0f * found.half_width_s);
-    CHECK_AT_MOST("s", 3.6e-3, found.half_width_s);
+    check_found(&with, 3.6e-3);
   }
 }
 

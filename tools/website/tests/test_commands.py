@@ -267,22 +267,3 @@ def test_every_example_can_be_read() -> None:
                 assert language in ("", "text"), f"{place}: '{language}' is no language that is checked"
     print(f"{count} blocks")
     assert count > 100
-
-
-@pytest.mark.parametrize(
-    ("line", "fault"),
-    [
-        ("sim_host checks --seeds 1", "sim_host has no command 'checks'"),
-        ("build/host/bin/sim_host check --seads 1", "sim_host check has no option --seads"),
-        ("A=1 servoctl info && servoctl move azimuth --bye 5", "servoctl move has no option --bye"),
-        ("tools/setup borad", "tools/setup does not know borad"),
-        ("./tools/tset", "there is no script tools/tset"),
-        ("cmake --workflow --preset hots", "there is no workflow preset hots"),
-        ("cmake --build --preset host --target test_bord", "there is no target test_bord"),
-        ("ctest --preset host -R '^test_bord$' -V | grep -E 'a|b'", "no test fits -R '^test_bord$'"),
-        ("sim_host check --plant sim_host/plants/tracer.toml", "there is no sim_host/plants/tracer.toml"),
-        ("sim-host check", "unknown program 'sim-host'"),
-    ],
-)
-def test_a_mistake_in_a_command_is_found(line: str, fault: str) -> None:
-    assert [found for command in commands_of(line, "here") if (found := fault_of(command, PROJECT))] == [fault]
