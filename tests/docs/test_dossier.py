@@ -89,10 +89,6 @@ def test_every_fault_of_the_firmware_has_a_number_in_the_hazards_or_failure_mode
     assert named - faults == set(), "faults that the firmware does not have"
 
 
-def test_a_fault_that_only_a_range_contains_is_not_named() -> None:
-    assert numbers_of("faults 1, 2 and\n7, and fault 31: 44 ms; faults 9 to 12") == {1, 2, 7, 31, 9}
-
-
 def test_quoted_figures_are_those_of_the_matrix() -> None:
     measured = matrix()
     for page in PAGES:
@@ -100,18 +96,6 @@ def test_quoted_figures_are_those_of_the_matrix() -> None:
         assert differences_of_tables(text_of(page), measured) == [], page
     assert len(QUOTED.findall(text_of("safety/failure-modes.md"))) > 40
     assert len(rows(text_of("safety/functions.md"), "measured, ms")) > 25
-
-
-def test_a_wrong_figure_and_a_wrong_name_are_found() -> None:
-    measured = matrix()
-    head = "| injected fault | reaction | measured, ms | allowed, ms |\n|---|---|---|---|\n"
-    assert differences_of_quotes('"encoder lost" 1 ms; "encoder lost" 3 ms; "encoder gone" 1 ms', measured) == [
-        '"encoder lost": 3 ms , but 1 ms ',
-        'no row "encoder gone"',
-    ]
-    assert differences_of_tables(head + "| encoder lost | brake | 1 | 2 |\n", measured) == [
-        '"encoder lost", allowed, ms: 2, but 1'
-    ]
 
 
 def test_quoted_counts_of_runs_are_those_of_the_matrix() -> None:
