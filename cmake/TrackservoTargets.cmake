@@ -48,6 +48,9 @@ endif()
 function(trackservo_own_code target)
   target_compile_features(${target} PRIVATE c_std_11 "$<$<BOOL:${TRACKSERVO_SIMULATOR}>:cxx_std_17>")
   set_target_properties(${target} PROPERTIES C_STANDARD 11 C_EXTENSIONS OFF CXX_STANDARD 17 CXX_EXTENSIONS OFF)
+  if(TRACKSERVO_SIMULATOR) # whose libraries are in the units of sim_host/fmi, too; the programs share its precompiled headers
+    target_compile_options(${target} PRIVATE -fPIC -fvisibility=hidden "$<$<COMPILE_LANGUAGE:CXX>:-fvisibility-inlines-hidden>")
+  endif()
   target_link_libraries(${target} PRIVATE trackservo_warnings trackservo_reproducible_floats trackservo_image_options
                                           trackservo_release_options trackservo_sanitizers)
   if(CMAKE_CROSSCOMPILING)

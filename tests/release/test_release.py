@@ -9,6 +9,7 @@ import subprocess
 import tarfile
 import zipfile
 
+import fmpy
 import pytest
 from releases import PROJECT, VERSION, must, run
 
@@ -36,10 +37,10 @@ def test_no_file_names_a_folder_of_this_machine(release, first, unpacked):
     for file in [file for folder in (release, unpacked) for file in folder.rglob("*") if file.is_file()]:
         content = file.read_bytes()
         assert not [folder for folder in folders if folder.encode() in content], file
-    for wheel in release.glob("*.whl"):
-        with zipfile.ZipFile(wheel) as archive:
+    for packed in (*release.glob("*.whl"), *release.glob("*.fmu")):
+        with zipfile.ZipFile(packed) as archive:
             for name in archive.namelist():
-                assert not [folder for folder in folders if folder.encode() in archive.read(name)], (wheel, name)
+                assert not [folder for folder in folders if folder.encode() in archive.read(name)], (packed, name)
 
 
 def test_the_programs_need_only_what_they_bring_and_glibc(programs):
@@ -50,6 +51,20 @@ def test_the_programs_need_only_what_they_bring_and_glibc(programs):
         assert needed <= brought | SYSTEM, program
         assert set(re.findall(r"\((?:RUNPATH|RPATH)\).*\[(.*)\]", dynamic)) <= {"$ORIGIN/../lib"}, program
     assert "NEEDED" not in must(programs, "readelf", "--dynamic", "--wide", programs / "identify")
+
+
+def test_the_units_run_and_need_only_glibc(release, tmp_path):
+    """tests/fmi says that they are right; here, that those of the release are whole."""
+    units = sorted(release.glob("*.fmu"))
+    assert [unit.name.split("-")[1] for unit in units] == ["plant", "servo"]
+    for unit in units:
+        folder = tmp_path / unit.stem
+        fmpy.extract(str(unit), str(folder))
+        (library,) = folder.glob("binaries/*/*.so")
+        assert set(re.findall(r"\(NEEDED\).*\[(.*)\]", must(folder, "readelf", "--dynamic", "--wide", library))) <= SYSTEM
+        assert (folder / "documentation/licenses/README.txt").read_text().count("\n") > 5
+        found = fmpy.simulate_fmu(str(unit), stop_time=0.01, output_interval=1e-3, output=["bus_voltage_v"])
+        assert found["bus_voltage_v"][-1] > 10.0
 
 
 def test_the_programs_find_their_data_wherever_they_are(programs, tmp_path):

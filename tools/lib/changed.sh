@@ -61,6 +61,7 @@ steps_of_place() {
 
     tests/canopen/*.py) echo short:canopen_client ;;
     tests/judges/*.py | tests/judges/*.toml) echo short:plant_against_mujoco ;;
+    tests/fmi/*.py) echo long:fmi_units ;;
     tests/command_line/*.py) echo short:command_line ;;
     tests/configure/*.py) echo long:configure ;;
     tests/device/on_socketcan/*.py) echo socketcan ;;

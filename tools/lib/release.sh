@@ -132,7 +132,9 @@ make_flash_kit() {
 
 make_programs() {
   local host="$work/host" name file
-  attempt "configuring the programs" cmake --preset host-release -B "$host" --no-warn-unused-cli
+  releasing parts licences units "$work/licenses-units"
+  attempt "configuring the programs" cmake --preset host-release -B "$host" -D "TRACKSERVO_UNIT_LICENSES=$work/licenses-units" \
+    --no-warn-unused-cli
   attempt "building the programs" cmake --build "$host" --target sim_host identify emulate_board node_descriptions
   for file in parameters.json faults.json version.txt; do
     cmp --silent "$host/share/trackservo/$file" "tools/servoctl/servoctl/descriptions/$file" ||
@@ -147,6 +149,15 @@ make_programs() {
   done
   for file in trackservo.eds trackservo.dbc parameters.json faults.json can-objects.md faults.md; do
     install -m 644 "$host/share/trackservo/$file" "$out/$file"
+  done
+}
+
+make_units() {
+  local host="$work/host" name
+  attempt "building the units for co-simulation" cmake --build "$host" --target fmus
+  for name in plant servo; do
+    refuse_paths "$host/sim_host/fmi/trackservo_$name.so"
+    install -m 644 "$host/fmu/trackservo_$name.fmu" "$out/trackservo-$name-$version-$machine.fmu"
   done
 }
 

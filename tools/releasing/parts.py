@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What others wrote and a release contains: third_party.toml with the versions of this machine.
 
-    parts.py licences COMPONENT FOLDER      copies the licence texts of the parts of image, programs, emulator or identify
+    parts.py licences COMPONENT FOLDER      copies the licence texts of the parts of image, programs, emulator, units or identify
 """
 
 import dataclasses
+import glob
 import pathlib
 import re
 import shutil
@@ -57,11 +58,18 @@ def pinned(file: pathlib.Path, pattern: str) -> str:
     return found[1]
 
 
+def text_file(pattern: str) -> pathlib.Path:
+    """The file of this machine, or of this checkout if it is relative."""
+    for found in glob.glob(str(ROOT / pattern)):
+        return pathlib.Path(found)
+    raise ReleaseError(f"there is no {pattern}, a licence text: ./tools/setup release installs what is missing.")
+
+
 def part(entry: dict[str, Any]) -> Part:
     """An entry of the table, with its version here."""
-    text = pathlib.Path(entry["text"]) if "text" in entry else None
+    text = text_file(entry["text"]) if "text" in entry else None
     if "pypi" in entry:
-        version = pinned(ROOT / "tools/requirements.txt", rf"^{re.escape(entry['pypi'])}==(\S+)")
+        version = pinned(ROOT / "tools" / entry.get("pinned_in", "requirements.txt"), rf"^{re.escape(entry['pypi'])}==(\S+)")
         purl = ("pypi", str(entry["pypi"]))
     elif "npm" in entry:
         version = pinned(ROOT / "tools/lib/uplot.sh", r"^uplot_version=(\S+)$")

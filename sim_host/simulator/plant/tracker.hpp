@@ -61,6 +61,8 @@ class Tracker {
   // Whether the bridge of an axis leaves its motor's terminals open, from the next period on.
   void open_terminals(int axis, bool open) { motors_.open_terminals(open, static_cast<std::size_t>(axis)); }
 
+  bool terminals_are_open(int axis) const { return motors_.is_open(static_cast<std::size_t>(axis)); }
+
   // The share of the bus' capacitance that its capacitor has left.
   void age_capacitor(double share) { bus_.age_capacitor(share); }
 

@@ -266,10 +266,12 @@ void Machine::begin_injection() {
   }
 }
 
-void Machine::advance_tick() {
-  break_parts();
-  run_tick_sequence(
-      *board_,
+void Machine::advance_period() {
+  if (period_ == 0) {
+    break_parts();
+  }
+  run_pwm_period(
+      *board_, period_,
       [this](std::uint32_t period) {
         if (period == SERVO_TICK_LATENCY_PERIODS) {
           begin_injection();
@@ -281,8 +283,17 @@ void Machine::advance_tick() {
         run_clock();
         duty_ = next_duty_;
       });
-  clock_us_ += kTick_us;
-  samples_ = tracker_.sample_tick();
+  if (++period_ == SERVO_PWM_PER_TICK) {
+    period_ = 0;
+    clock_us_ += kTick_us;
+    samples_ = tracker_.sample_tick();
+  }
+}
+
+void Machine::advance_tick() {
+  do {
+    advance_period();
+  } while (period_ != 0);
 }
 
 }  // namespace trackservo::sim

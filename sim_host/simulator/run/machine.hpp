@@ -73,8 +73,15 @@ class Machine {
   // Injected faults from the next tick on.
   BrokenParts& broken() { return broken_; }
 
-  // Runs the firmware's tick and then the machine for 1 ms.
+  // Runs the firmware's tick and then the machine to the end of the millisecond.
   void advance_tick();
+
+  // Runs one PWM period; the first of a millisecond has the firmware's tick in it.
+  void advance_period();
+
+  // The bridge in the coming PWM period: its duty, and whether it drives the motor.
+  double duty(int axis) const { return duty_[static_cast<std::size_t>(axis)]; }
+  bool bridge_on(int axis) const { return !tracker_.terminals_are_open(axis); }
 
   TruthState truth() const { return tracker_.truth(); }
   const servo_samples& samples() const { return board_->samples; }
@@ -96,6 +103,7 @@ class Machine {
   std::function<void()> tick_ = [this] { servo_board_tick(board_); };
   TickSamples samples_{};
   double bus_voltage_v_ = 0;  // both axes share one conversion per period
+  std::uint32_t period_ = 0;  // the coming PWM period of the tick
   std::array<double, kAxes> current_sum_a_{};
   std::array<double, kAxes> mean_current_a_{};
   std::array<double, kAxes> duty_{};       // in force

@@ -35,13 +35,10 @@ const char *course_key(const ScenarioConfig& scenario) { return scenario.pass ? 
 void refuse_start_beyond_stops(const PlantConfig& plant, const ScenarioConfig& scenario,
                                const std::array<double, kAxes>& start_rad) {
   for (int axis = 0; axis < kAxes; ++axis) {
-    const double angle_rad = start_rad[static_cast<std::size_t>(axis)];
-    if (is_beyond(axis_of(plant, axis).end_stops, angle_rad)) {
+    if (const auto problem = start_problem(plant, axis, start_rad[static_cast<std::size_t>(axis)])) {
       const bool tracking = scenario.kind == ScenarioKind::kTracking;
-      throw scenario.lines.error(
-          tracking ? course_key(scenario) : fmt::format("initial_{}_deg", axis_name(axis)),
-          fmt::format("a start at {:g} deg is beyond {}", kDegPerRad * angle_rad, stops_text(plant, axis)),
-          "start between these angles");
+      throw scenario.lines.error(tracking ? course_key(scenario) : fmt::format("initial_{}_deg", axis_name(axis)),
+                                 *problem, "start between these angles");
     }
   }
 }
@@ -210,6 +207,13 @@ double available_torque_nm(const PlantConfig& plant, int axis) {
   const MotorConfig& motor = axis_of(plant, axis).motor;
   const double stall_a = plant.supply.voltage_v / (motor.resistance_ohm + plant.supply.source_resistance_ohm);
   return motor.torque_constant_nm_a * std::min(motor.current_limit_a, stall_a);
+}
+
+std::optional<std::string> start_problem(const PlantConfig& plant, int axis, double angle_rad) {
+  if (!is_beyond(axis_of(plant, axis).end_stops, angle_rad)) {
+    return std::nullopt;
+  }
+  return fmt::format("a start at {:g} deg is beyond {}", kDegPerRad * angle_rad, stops_text(plant, axis));
 }
 
 std::vector<std::string> check_scenario(const PlantConfig& plant, const ScenarioConfig& scenario) {

@@ -6,6 +6,7 @@
 #ifndef TRACKSERVO_SIM_RUN_SCENARIO_CHECK_HPP
 #define TRACKSERVO_SIM_RUN_SCENARIO_CHECK_HPP
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace trackservo::sim {
 
 // Throws ConfigError; returns the warnings, one line each in the form of errors.
 std::vector<std::string> check_scenario(const PlantConfig& plant, const ScenarioConfig& scenario);
+
+// Why an axis cannot start at this joint angle, without a full stop; nothing if it can.
+std::optional<std::string> start_problem(const PlantConfig& plant, int axis, double angle_rad);
 
 // The torque that an axis can give at standstill, at the drive's limit or the supply's [Nm].
 double available_torque_nm(const PlantConfig& plant, int axis);

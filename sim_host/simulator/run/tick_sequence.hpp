@@ -9,17 +9,25 @@
 
 namespace trackservo::sim {
 
-// `begin_period(period)` provides what the motor stages of this PWM period read, `tick()` is the firmware's 1 ms tick,
-// `end_period(period)` does with the duties whatever the machine does.
+// One PWM period of the sequence. `begin_period(period)` provides what the motor stages of this PWM period read,
+// `tick()` is the firmware's 1 ms tick, `end_period(period)` does with the duties whatever the machine does.
 template <typename BeginPeriod, typename Tick, typename EndPeriod>
-void run_tick_sequence(servo_board& board, BeginPeriod begin_period, Tick tick, EndPeriod end_period) {
+void run_pwm_period(servo_board& board, std::uint32_t period, const BeginPeriod& begin_period, const Tick& tick,
+                    const EndPeriod& end_period) {
+  begin_period(period);
+  servo_board_pwm_period(&board, period);
+  if (period == 0) {
+    tick();
+  }
+  end_period(period);
+}
+
+// The whole sequence.
+template <typename BeginPeriod, typename Tick, typename EndPeriod>
+void run_tick_sequence(servo_board& board, const BeginPeriod& begin_period, const Tick& tick,
+                       const EndPeriod& end_period) {
   for (std::uint32_t period = 0; period < SERVO_PWM_PER_TICK; ++period) {
-    begin_period(period);
-    servo_board_pwm_period(&board, period);
-    if (period == 0) {
-      tick();
-    }
-    end_period(period);
+    run_pwm_period(board, period, begin_period, tick, end_period);
   }
 }
 

@@ -31,7 +31,7 @@ constexpr Column kColumns[] = {
 
 }  // namespace
 
-void write_csv(const Trace& trace, const std::filesystem::path& file, int decimation) {
+void write_csv(const Trace& trace, const std::filesystem::path& file, const CsvForm& form) {
   fmt::memory_buffer text;
   auto out = std::back_inserter(text);
   fmt::format_to(out, "time_s");
@@ -40,11 +40,11 @@ void write_csv(const Trace& trace, const std::filesystem::path& file, int decima
       fmt::format_to(out, ",{}_{}", axis, column.name);
     }
   }
-  for (std::size_t i = 0; i < trace.size(); i += static_cast<std::size_t>(decimation)) {
+  for (std::size_t i = 0; i < trace.size(); i += static_cast<std::size_t>(form.decimation)) {
     fmt::format_to(out, "\n{:.4f}", trace[i].time_s);
     for (const AxisRow& axis : trace[i].axis) {
       for (const Column& column : kColumns) {
-        fmt::format_to(out, ",{:.7g}", axis.*(column.value));
+        fmt::format_to(out, ",{:.{}g}", axis.*(column.value), form.digits);
       }
     }
   }

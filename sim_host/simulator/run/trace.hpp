@@ -34,9 +34,13 @@ struct TraceRow {
 
 using Trace = std::vector<TraceRow>;
 
-// Writes the rows as CSV with units in the header, every `decimation`-th row (>= 1). Throws std::runtime_error naming
-// the file when it cannot be written.
-void write_csv(const Trace& trace, const std::filesystem::path& file, int decimation = 1);
+struct CsvForm {
+  int decimation = 1;  // every so many rows one (>= 1)
+  int digits = 12;     // significant ones
+};
+
+// Writes the rows as CSV with units in the header. Throws std::runtime_error naming the file when it cannot be written.
+void write_csv(const Trace& trace, const std::filesystem::path& file, const CsvForm& form = {});
 
 }  // namespace trackservo::sim
 

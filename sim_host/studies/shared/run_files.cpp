@@ -27,7 +27,7 @@ std::string write_run(const Trace& trace, const std::filesystem::path& folder, c
                       bool drawn) {
   std::string name = file_name(words);
   const std::size_t rows = drawn ? kDrawnRows : kOtherRows;
-  write_csv(trace, folder / name, static_cast<int>((trace.size() + rows - 1) / rows));
+  write_csv(trace, folder / name, {static_cast<int>((trace.size() + rows - 1) / rows), 7});
   return name;
 }
 

@@ -26,7 +26,8 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, sync_playwright
 
 PROJECT = Path(__file__).resolve().parents[3]
-REPOSITORY = "https://code.example/owner/trackservo"
+SERVER, NAME = "https://code.example", "owner/trackservo"
+REPOSITORY = f"{SERVER}/{NAME}"
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 KINDS = {
     "start": "",
@@ -150,8 +151,12 @@ def test_every_formula_is_shown(site: Path) -> None:
 
 
 def test_links_to_sources_lead_to_the_repository_or_say_the_path(site: Path, tmp_path: Path) -> None:
+    """Built as the workflow of a release does, but in a folder of its own."""
     out = tmp_path / "out"
-    assert run_site("--out", out, "--repository", REPOSITORY).returncode == 0
+    made = re.search(r"- name: Make the site\n +run: (.*)$", (PROJECT / ".github/workflows/release.yml").read_text("utf-8"), re.MULTILINE)
+    assert made
+    named = os.environ | {"GITHUB_SERVER_URL": SERVER, "GITHUB_REPOSITORY": NAME}
+    subprocess.run(["bash", "-c", f'{made[1]} --out "{out}"'], cwd=PROJECT, env=named, check=True, capture_output=True)
     pages = documents(out)
     sources = {link.removeprefix(f"{REPOSITORY}/") for each in pages.values() for link in each.links if link.startswith(REPOSITORY + "/")}
     kinds = {True: "tree", False: "blob"}
