@@ -131,6 +131,14 @@ def read_progress(folder: Path) -> Progress:
         raise InputError(f"{path}: not written by servoctl: {error!r}.") from error
 
 
+RunPart = Callable[[str, Commissioning, TestPlan], object]
+"""Runs a part, as `Identification.run` does, and shows it to people."""
+
+
+def silent(_what: str, _done_s: float) -> None:
+    """A report that nobody reads."""
+
+
 @dataclass(frozen=True)
 class Finished:
     """What an identification has found, and its files."""
@@ -196,6 +204,17 @@ class Identification:
         self._progress.done = [name for name in PARTS if name == part or name in self._progress.done]
         self._write_progress()
         return outcome
+
+    def carry_out(self, first: TestPlan, quick: bool = False, run: RunPart | None = None) -> Finished:
+        """All parts, one after the other, from this plan of the first look on; then the fit. `quick`: the first look alone."""
+        run = run or (lambda part, machine, test_plan: self.run(part, machine, test_plan, silent))
+        with Commissioning(self._device, self.axis, self.envelope) as machine:
+            run(FIRST_LOOK, machine, first)
+            if not quick:
+                self.fit_first_look()
+                for part in (MAIN, STRUCTURE):
+                    run(part, machine, self.plan(part))
+        return self.finish(quick)
 
     def recording(self, part: str) -> Path:
         """Its file."""

@@ -7,30 +7,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from .commissioning import Outcome
-from .friction_curves import (
-    DIRECTIONS,
-    Columns,
-    Legs,
-    friction_points,
-    legs,
-    mean_loop,
-    over_position,
-    steady_friction_nm,
-    whiteness,
-)
+from .friction_curves import Columns, Legs, Loop, Whiteness, legs, mean_loop, over_position, whiteness
 from .identified import Identified
 from .journal import now
 from .number_table import read_columns
 from .parameter import Parameter, Value
 from .page import PageTable, Section, write_page
-from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
+from .plots import CLOSED, DEMAND, MARK, OPEN, friction_figure, new_figure, png_of, styled
 from .units import degrees
 
-COLOURS = dict(zip(DIRECTIONS, (CLOSED, MARK), strict=True))
 MAX_POINTS = 4000
 
 
@@ -95,74 +84,15 @@ def _plant(plant: Mapping[Parameter, Value]) -> Section | None:
 
 
 def _stribeck(identified: Identified, points: Legs) -> Section:
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(9, 4.6), layout="constrained")
-        for direction in DIRECTIONS:
-            speed, friction = friction_points(identified, points, direction)
-            axes.plot(
-                speed,
-                friction,
-                "o",
-                ms=3.5,
-                alpha=0.6,
-                color=COLOURS[direction],
-                label=f"mean torque of a leg, {direction}",
-            )
-            low, high = (speed.min(), speed.max()) if speed.size else (1e-4, 0.3)
-            grid = np.geomspace(low / 2, high, 300)
-            _curve(
-                axes,
-                grid,
-                steady_friction_nm(identified, direction, grid),
-                COLOURS[direction],
-                "-",
-                f"identified, {direction}",
-            )
-            _curve(
-                axes,
-                grid,
-                steady_friction_nm(identified, direction, grid, paper=True),
-                COLOURS[direction],
-                ":",
-                f"paper's method, {direction}",
-            )
-        axes.set_xscale("log")
-        axes.set_ylim(bottom=0, top=max(1.0, 1.6 * _largest(identified)))
-        axes.set_xlabel("joint speed (rad/s)")
-        axes.set_ylabel("friction torque (N m)")
-        axes.legend(ncols=2, fontsize=8.5)
-        picture = png_of(figure)
     text = (
         "Each point is the mean torque of one leg at constant speed, minus the constant load, as in the paper."
         " Gusts move single points by several N m. The curves are eq. (5)."
     )
-    return Section("Stribeck curve", text, picture=picture)
-
-
-def _largest(identified: Identified) -> float:
-    """The largest torque that the model has within the speeds of a sweep."""
-    curves = [steady_friction_nm(identified, direction, np.geomspace(1e-5, 0.3, 50)) for direction in DIRECTIONS]
-    return max((float(curve.max()) for curve in curves if curve is not None), default=10.0)
-
-
-def _curve(axes: Any, x: Real, y: Real | None, colour: str, style: str, label: str) -> None:
-    if y is not None:
-        axes.plot(x, y, style, color=colour, label=label)
+    return Section("Stribeck curve", text, picture=png_of(friction_figure(identified, points)))
 
 
 def _position(identified: Identified) -> Section:
     position = identified.data["position"]
-    low, high = position["travel_rad"]
-    angle = np.linspace(low, high, 300)
-    with plt.rc_context(STYLE):
-        figure, (level, load) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-        level.plot(degrees(1) * angle, 1 + over_position(identified, position["friction_level"], angle), color=OPEN)
-        level.set_ylabel("friction level (1: mean)")
-        load.plot(degrees(1) * angle, over_position(identified, position["load_nm"], angle), color=CLOSED)
-        load.set_ylabel("load torque (N m)")
-        for axes in (level, load):
-            axes.set_xlabel("joint angle (°)")
-        picture = png_of(figure)
     rows = [
         (what, row["term"], _number(row["value"], 3), " … ".join(_number(end, 3) for end in row["interval_95"]))
         for what, key in (("friction level", "friction_level"), ("load, N m", "load_nm")) for row in position[key]
@@ -170,65 +100,80 @@ def _position(identified: Identified) -> Section:
     text = (
         "Friction level: how the seal's eccentricity raises and lowers the friction. Load: imbalance and cables."
     )
-    return Section("Over the joint angle", text, PageTable(("what", "term", "value", "95 % interval"), rows), picture)
+    return Section("Over the joint angle", text, PageTable(("what", "term", "value", "95 % interval"), rows), png_of(_over_angle(identified)))
+
+
+@styled
+def _over_angle(identified: Identified) -> Figure:
+    position = identified.data["position"]
+    low, high = position["travel_rad"]
+    angle = np.linspace(low, high, 300)
+    figure = new_figure(9, 3.6)
+    level, load = figure.subplots(1, 2)
+    level.plot(degrees(1) * angle, 1 + over_position(identified, position["friction_level"], angle), color=OPEN)
+    level.set_ylabel("friction level (1: mean)")
+    load.plot(degrees(1) * angle, over_position(identified, position["load_nm"], angle), color=CLOSED)
+    load.set_ylabel("load torque (N m)")
+    for axes in (level, load):
+        axes.set_xlabel("joint angle (°)")
+    return figure
 
 
 def _hysteresis(identified: Identified, run: Columns) -> Section | None:
     loop = mean_loop(run, identified)
     if loop is None:
         return None
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(7, 4.6), layout="constrained")
-        axes.plot(1e3 * loop.angle_rad, loop.measured_nm, color=CLOSED, label=f"measured, mean of {loop.periods} loops")
-        if loop.model_nm is not None:
-            axes.plot(
-                1e3 * loop.angle_rad,
-                loop.model_nm,
-                "--",
-                color=MARK,
-                label="identified model along the measured motion",
-            )
-        axes.set_xlabel("joint angle (mrad)")
-        axes.set_ylabel("torque without its mean (N m)")
-        axes.legend(loc="upper left", fontsize=8.5)
-        picture = png_of(figure)
     text = (
         "Motor torque over angle in hysteresis loops, averaged over the periods to remove wind. The model is"
         " LuGre friction plus inertia times acceleration, computed from the measured angle."
     )
-    return Section("Hysteresis loop", text, picture=picture)
+    return Section("Hysteresis loop", text, picture=png_of(_loop_figure(loop)))
+
+
+@styled
+def _loop_figure(loop: Loop) -> Figure:
+    figure = new_figure(7, 4.6)
+    axes = figure.subplots()
+    axes.plot(1e3 * loop.angle_rad, loop.measured_nm, color=CLOSED, label=f"measured, mean of {loop.periods} loops")
+    if loop.model_nm is not None:
+        label = "identified model along the measured motion"
+        axes.plot(1e3 * loop.angle_rad, loop.model_nm, "--", color=MARK, label=label)
+    axes.set_xlabel("joint angle (mrad)")
+    axes.set_ylabel("torque without its mean (N m)")
+    axes.legend(loc="upper left", fontsize=8.5)
+    return figure
 
 
 def _residuals(left: Columns, step_s: float) -> Section | None:
     found = whiteness(left, step_s)
     if found is None:
         return None
-    every = max(1, len(left["time_s"]) // MAX_POINTS)
-    with plt.rc_context(STYLE):
-        figure, grid = plt.subplot_mosaic(
-            [["time", "time"], ["spectrum", "white"]], figsize=(9, 6.4), layout="constrained"
-        )
-        grid["time"].plot(left["time_s"][::every], left["residual_nm"][::every], ".", ms=2, color=DEMAND)
-        grid["time"].set(xlabel="time (s)", ylabel="residual (N m)")
-        grid["spectrum"].loglog(
-            found.frequency_hz, found.residual, color=DEMAND, label="residual: wind, noise (N m/√Hz)"
-        )
-        grid["spectrum"].loglog(found.frequency_hz, found.whitened, color=OPEN, label="whitened (1/√Hz)")
-        grid["spectrum"].set(xlabel="frequency (Hz)", ylabel="spectral density")
-        grid["spectrum"].legend(fontsize=8.5)
-        grid["white"].stem(1e3 * found.lag_s, found.correlation, basefmt=" ", markerfmt=".")
-        for bound in (-found.bound, found.bound):
-            grid["white"].axhline(bound, color=MARK, lw=0.9, ls="--")
-        reach = max(0.1, 1.2 * float(np.max(np.abs(found.correlation))))
-        grid["white"].set(xlabel="lag (ms)", ylabel="autocorrelation of whitened", ylim=(-reach, reach))
-        picture = png_of(figure)
     beyond = int(np.count_nonzero(np.abs(found.correlation) > found.bound))
     text = (
         "The residual is the torque that the model does not explain, mainly wind. The noise model whitens it: the"
         " flatter its spectrum and the closer its autocorrelation to the dashed bounds, the better the intervals."
         f" {beyond} of {len(found.correlation)} lags exceed the bounds; chance alone gives one in twenty."
     )
-    return Section("Residuals", text, picture=picture)
+    return Section("Residuals", text, picture=png_of(_residuals_figure(left, found)))
+
+
+@styled
+def _residuals_figure(left: Columns, found: Whiteness) -> Figure:
+    every = max(1, len(left["time_s"]) // MAX_POINTS)
+    figure = new_figure(9, 6.4)
+    grid = figure.subplot_mosaic([["time", "time"], ["spectrum", "white"]])
+    grid["time"].plot(left["time_s"][::every], left["residual_nm"][::every], ".", ms=2, color=DEMAND)
+    grid["time"].set(xlabel="time (s)", ylabel="residual (N m)")
+    grid["spectrum"].loglog(found.frequency_hz, found.residual, color=DEMAND, label="residual: wind, noise (N m/√Hz)")
+    grid["spectrum"].loglog(found.frequency_hz, found.whitened, color=OPEN, label="whitened (1/√Hz)")
+    grid["spectrum"].set(xlabel="frequency (Hz)", ylabel="spectral density")
+    grid["spectrum"].legend(fontsize=8.5)
+    grid["white"].stem(1e3 * found.lag_s, found.correlation, basefmt=" ", markerfmt=".")
+    for bound in (-found.bound, found.bound):
+        grid["white"].axhline(bound, color=MARK, lw=0.9, ls="--")
+    reach = max(0.1, 1.2 * float(np.max(np.abs(found.correlation))))
+    grid["white"].set(xlabel="lag (ms)", ylabel="autocorrelation of whitened", ylim=(-reach, reach))
+    return figure
 
 
 def _break_aways(outcome: Outcome) -> Section | None:

@@ -28,12 +28,16 @@ from .loop_model import SpeedLoopGains, controller, open_loop, read_gains
 from .parameter import AXES
 from .rate_run import Progress, send_rates, silent
 from .tuning import Tuning
-from .units import TICK_S, degrees
+from .units import TICK_S, degrees, radians
 
 SETPOINT_TICKS = 2
 SETPOINT_PERIOD_S = SETPOINT_TICKS * TICK_S
 WARM_UP_S = 1.0
 MIN_LINES = 3
+LOWEST_HZ, HIGHEST_HZ, LINES, PERIODS = 1.0, 200.0, 50, 5
+BIAS_DEG_S, AMPLITUDE_DEG_S = 1.0, 0.6
+MOST = Limits(radians(5.0), radians(45.0), 180.0)
+"""Of a motion, unless the user allows more."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +69,12 @@ class LoopStimulus:
         return Plan(axis, text, float(np.max(np.abs(rates))), forward, backward, len(rates) * TICK_S)
 
 
-def loop_stimulus(low: float, high: float, bias: float, amplitude: float, lines: int, periods: int) -> LoopStimulus:
-    """Frequencies in Hz, rates in rad/s; raises InputError."""
+def loop_stimulus(
+    low: float = LOWEST_HZ, high: float = HIGHEST_HZ, bias: float = radians(BIAS_DEG_S), amplitude: float = radians(AMPLITUDE_DEG_S),
+    lines: int = LINES, periods: int = PERIODS,
+) -> LoopStimulus:  # fmt: skip
+    """`lines` sines from `low` to `high` (Hz) with this peak (rad/s) around a mean rate `bias` (rad/s), which keeps the axis
+    sliding; `periods` of 4 / `low` s. Raises InputError."""
     if not 0.05 <= low < high or high > 0.4 / SETPOINT_PERIOD_S:
         raise InputError(
             f"invalid frequencies {low:g} to {high:g} Hz: expected 0.05 Hz or more and at most"
@@ -92,6 +100,19 @@ class MeasuredLoop:
     bandwidth_hz: float | None
     gains: SpeedLoopGains
     lost: int
+
+    def columns(self) -> dict[str, Real]:
+        """Over frequency, for a file or a frame."""
+        closed = self.closed
+        return {
+            "frequency_hz": closed.frequency_hz,
+            "closed_db": 20 * np.log10(np.abs(closed.value)),
+            "closed_deg": np.degrees(np.unwrap(np.angle(closed.value))),
+            "open_db": 20 * np.log10(np.abs(self.loop)),
+            "open_deg": np.degrees(np.unwrap(np.angle(self.loop))),
+            "coherence": closed.coherence,
+            "open_loop_trusted": self.sharp.astype(np.float64),
+        }
 
     def loop_with(self, gains: SpeedLoopGains) -> Complex:
         """The open loop that other gains would have with the measured plant."""

@@ -178,6 +178,12 @@ class Parameter:
                 )
         return value
 
+    def wanted(self, value: Value) -> Value:
+        """What a user wants to write, a number or a text that may have a unit, checked; raises InputError."""
+        if not self.writable:
+            raise InputError(f"{self.name} ({self.where}) is read-only.")
+        return self.check(self.parse(value) if isinstance(value, str) else value)
+
     def _range(self) -> str:
         if self.low is None or self.high is None or self.low > self.high:
             return ""

@@ -3,20 +3,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError, MotionError
-from .limits import Plan, span
+from .limits import Limits, Plan, span
 from .rate_run import RatesRun
 from .step_response import StepNumbers, analyse_step
-from .units import TICK_S, degrees
+from .units import TICK_S, degrees, radians
 
 Real = NDArray[np.float64]
 
 SETPOINT_TICKS = 4
+MOST = Limits(radians(5.0), radians(30.0), 60.0)
+"""Of a motion, unless the user allows more."""
 BEFORE_STEP_S = 0.15
 LONGEST_HOLD_S = 30.0
 SHORTEST_HOLD_S = 0.1
@@ -55,9 +58,23 @@ StepRecord = tuple[
 ]
 
 
+def angle_behind_rad(step: StepRecord, seconds: float) -> float:
+    """How far the axis has fallen behind its set-point in this time after the step, in the direction of the step."""
+    _, time_s, demand, answer, numbers = step
+    after = (time_s >= 0.0) & (time_s < seconds)
+    return float(np.sign(numbers.to_rad_s - numbers.from_rad_s) * np.sum((demand - answer)[after]) * TICK_S)
+
+
 def delays(run: RatesRun) -> str:
     """What may have disturbed a run."""
     return f"the latest set-point was {run.late} ms late by the node's clock, {run.lost} samples were lost"
+
+
+def disturbed_text(records: Sequence[StepRecord], planned: StepPlan, run: RatesRun) -> str:
+    """How many steps were not recorded undisturbed, and why; "" when all were."""
+    if len(records) >= planned.steps:
+        return ""
+    return f"only {len(records)} of {planned.steps} steps were recorded undisturbed ({delays(run)}); repeat the measurement."
 
 
 def cut_steps(run: RatesRun, hold: float) -> list[StepRecord]:

@@ -93,6 +93,12 @@ class FrameCounts:
     last_drop: int
     age_ms: int
 
+    def since(self, before: FrameCounts) -> FrameCounts:
+        """What has come after `before`."""
+        return FrameCounts(
+            self.taken - before.taken, self.missed - before.missed, self.dropped - before.dropped, self.last_drop, self.age_ms
+        )
+
 
 def frame_counts(device: Device) -> FrameCounts:
     """3072:1 to :4 and :7."""

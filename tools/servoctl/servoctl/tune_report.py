@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from .frequency_response import Complex, branch, margins
 from .gain_design import Verdict
 from .journal import now
 from .page import PageTable, Section, write_page
 from .parameter import Parameter, Value
-from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
+from .plots import CLOSED, DEMAND, MARK, OPEN, Real, new_figure, png_of, styled
 from .units import rounded
 
 
@@ -77,26 +77,30 @@ def _margin(value: float | None) -> str:
 
 
 def _bode(loops: LoopComparison) -> Section:
+    return Section("Open loop, cut at the motor torque", picture=png_of(loops_figure(loops)))
+
+
+@styled
+def loops_figure(loops: LoopComparison) -> Figure:
+    """The open loops over each other."""
     shown = (loops.predicted_hz >= loops.frequency_hz[0]) & (loops.predicted_hz <= loops.frequency_hz[-1])
     curves = (
         ("before: measured plant, old gains", loops.frequency_hz, loops.before, DEMAND, "o-"),
         ("predicted by the design", loops.predicted_hz[shown], loops.predicted[shown], CLOSED, "--"),
         ("measured with the new gains", loops.frequency_hz, loops.measured, OPEN, "o-"),
     )
-    with plt.rc_context(STYLE):
-        figure, (gain, phase) = plt.subplots(2, 1, figsize=(9, 6.6), sharex=True, layout="constrained")
-        for label, frequency, loop, colour, style in curves:
-            if len(frequency) < 2:
-                continue
-            magnitude = 20 * np.log10(np.abs(loop))
-            gain.semilogx(frequency, magnitude, style, ms=3, color=colour, label=label)
-            phase.semilogx(
-                frequency, branch(np.degrees(np.unwrap(np.angle(loop))), magnitude), style, ms=3, color=colour
-            )
-        gain.axhline(0, color=MARK, lw=0.9)
-        phase.axhline(-180, color=MARK, lw=0.9)
-        gain.set_ylabel("open loop (dB)")
-        phase.set_ylabel("phase (°)")
-        phase.set_xlabel("frequency (Hz)")
-        gain.legend(fontsize=8.5)
-        return Section("Open loop, cut at the motor torque", picture=png_of(figure))
+    figure = new_figure(9, 6.6)
+    gain, phase = figure.subplots(2, 1, sharex=True)
+    for label, frequency, loop, colour, style in curves:
+        if len(frequency) < 2:
+            continue
+        magnitude = 20 * np.log10(np.abs(loop))
+        gain.semilogx(frequency, magnitude, style, ms=3, color=colour, label=label)
+        phase.semilogx(frequency, branch(np.degrees(np.unwrap(np.angle(loop))), magnitude), style, ms=3, color=colour)
+    gain.axhline(0, color=MARK, lw=0.9)
+    phase.axhline(-180, color=MARK, lw=0.9)
+    gain.set_ylabel("open loop (dB)")
+    phase.set_ylabel("phase (°)")
+    phase.set_xlabel("frequency (Hz)")
+    gain.legend(fontsize=8.5)
+    return figure

@@ -33,7 +33,6 @@ from .units import radians
 COMMAND = "tune"
 """In the journal."""
 LIMITS = Limits(radians(5.0), radians(60.0), 180.0, by_options=False)
-LOWEST_HZ, LINES = 1.0, 50
 PAGE = "tune.html"
 REQUIREMENT_KEYS = {
     "bandwidth_hz": "speed_loop_bandwidth_hz",
@@ -47,6 +46,12 @@ REQUIREMENT_KEYS = {
     "position_hz": "position_bandwidth_hz",
 }
 """Names of the options in wishes.json."""
+
+
+def check_slides(stimulus: LoopStimulus) -> None:
+    """Raises InputError when the axis would not slide while its loop is measured."""
+    if stimulus.bias_rad_s == 0.0:
+        raise InputError("--bias must not be 0: the loop is measured while the axis slides.")
 
 
 def check_reach(drive: Drive, plan: Plan, identified: Identified, travel_deg: tuple[float, float] | None) -> None:

@@ -140,6 +140,6 @@ def test_without_a_bus_or_a_simulator_a_sentence_says_what_to_run(tmp_path: Path
     nowhere.environment |= {"SIM_HOST": str(tmp_path / "none"), "PATH": ""}
     refused = nowhere("ui", "--no-browser", "--port", "0")
     assert refused.code == 2 and "add --bus or set SERVOCTL_BUS to" in refused.err and "--demo starts a simulator instead." in refused.err
-    monkeypatch.setattr("servoctl.ui.demo.starts", lambda: (tmp_path,))
+    monkeypatch.setattr("servoctl.sim_host.starts", lambda: (tmp_path,))
     refused = nowhere("ui", "--demo", "--no-browser", "--port", "0")
     assert refused.code == 2 and "is not built: run './tools/demo' in the checkout" in refused.err and refused.err.count("\n") == 1

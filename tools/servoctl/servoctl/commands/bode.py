@@ -12,7 +12,7 @@ import numpy as np
 
 from ..frequency_response import GOOD_COHERENCE, peak_db
 from ..limits import Limits
-from ..loop_test import MeasuredLoop, loop_stimulus
+from ..loop_test import AMPLITUDE_DEG_S, BIAS_DEG_S, HIGHEST_HZ, LINES, LOWEST_HZ, MOST, PERIODS, MeasuredLoop, loop_stimulus
 from ..session import Session, common
 from .loop import measure_loop, save_loop
 from .motion import announce, motion_options, new_path, show_files
@@ -20,22 +20,22 @@ from .quantity import FREQUENCY, RATE, Whole
 
 
 @click.command(short_help="Measure the speed loop: Bode plot, margins.")
-@motion_options("5", "45", "180")
-@click.option("--low", type=FREQUENCY, default="1", show_default=True, help="Lowest frequency (Hz).")
-@click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest frequency (Hz).")
-@click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s); keeps the axis sliding.")
+@motion_options(MOST)
+@click.option("--low", type=FREQUENCY, default=f"{LOWEST_HZ:g}", show_default=True, help="Lowest frequency (Hz).")
+@click.option("--high", type=FREQUENCY, default=f"{HIGHEST_HZ:g}", show_default=True, help="Highest frequency (Hz).")
+@click.option("--bias", type=RATE, default=f"{BIAS_DEG_S:g}", show_default=True, help="Mean rate (°/s); keeps the axis sliding.")
 @click.option(
     "--amplitude",
     type=RATE,
-    default="0.6",
+    default=f"{AMPLITUDE_DEG_S:g}",
     show_default=True,
     help=("Peak of the multisine (°/s); must be below the bias."),
 )
-@click.option("--lines", type=Whole(5, 200), default=50, show_default=True, help="Number of sines.")
+@click.option("--lines", type=Whole(5, 200), default=LINES, show_default=True, help="Number of sines.")
 @click.option(
     "--periods",
     type=Whole(2, 100),
-    default=5,
+    default=PERIODS,
     show_default=True,
     help=("Number of periods measured; more periods reduce noise."),
 )

@@ -20,7 +20,7 @@ from ..live import LiveAxis
 from ..parameter import AXES, AXIS_SHIFT
 from ..session import Session, common, unlock_option
 from ..tuning import Tuning
-from ..units import degrees
+from ..units import degrees, radians
 from .motion import announce, motion_options, new_path, show_files
 from .quantity import RATE, Quantity, Whole
 
@@ -33,7 +33,7 @@ STEADY_S, BEFORE_S = 0.3, 0.03
 
 
 @click.command(short_help="Measure how hard the motor can brake the axis.")
-@motion_options("60", "120", "120")
+@motion_options(Limits(radians(60.0), radians(120.0), 120.0))
 @click.option("--rate", type=RATE, default="25", show_default=True, help="Rate from which the axis is stopped (°/s).")
 @click.option(
     "--repeats", type=Whole(1, 20), default=3, show_default=True, help="Stops in each direction; the weakest counts."
@@ -87,10 +87,10 @@ def braking(
         before = float(device.read(parameter))
         if write:
             Tuning(device, "braking").write({parameter: float(np.float32(sure))}, unlock=unlock)
-    from ..plots import plot_traces, write_csv
+    from ..plots import save, traces_figure, write_csv
 
     write_csv(path.with_suffix(".csv"), {"time_s": time_s, **record.traces})
-    plot_traces(path.with_suffix(".png"), f"{axis}: last of {2 * repeats} stops", time_s, record.traces, 0.0)
+    save(traces_figure(f"{axis}: last of {2 * repeats} stops", time_s, record.traces, 0.0), path.with_suffix(".png"))
     files = [str(path.with_suffix(".png")), str(path.with_suffix(".csv"))]
     session.out.json(
         {"axis": axis, "stops": [asdict(stop) for stop in stops], "full_torque_nm": full_nm, "wind_nm": wind,

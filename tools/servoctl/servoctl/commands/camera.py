@@ -16,12 +16,13 @@ from ..device import Device
 from ..drive import Drive
 from ..errors import InputError, MotionError, Refused
 from ..live import LiveAxis
+from ..moves import check_slew, slew
 from ..parameter import AXES, Parameter, Value
 from ..session import Session, common
 from ..tracking import CameraMapping
 from ..tuning import Change, Tuning
 from ..units import degrees
-from .motion import check_slew, confirm, slew, yes_options
+from .motion import confirm, yes_options
 from .quantity import LONGEST_TRAVEL, Quantity
 
 FRAME, CAMERA, DELAY = 0x3070, 0x3071, 0x3073

@@ -22,6 +22,7 @@ from ..device import Device
 from ..drive import Drive
 from ..errors import InputError, MotionError
 from ..live import LiveAxis
+from ..moves import check_slew, slew
 from ..node_limits import read_limits
 from ..pair_stream import PositionStream
 from ..parameter import AXES
@@ -30,7 +31,7 @@ from ..text_file import TextFile, read_text
 from ..trajectory import AxisLimits, Trajectory, read_trajectory
 from ..units import TICK_S, degrees
 from .following import check_plot, following_options, save_errors
-from .motion import check_pace, check_slew, confirm, slew
+from .motion import check_pace, confirm
 from .quantity import ANGLE, DURATION, Quantity
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from ..moves import SLEW_RATE_DEG_S
 from ..output_files import overwrite_option, unused
 from ..session import Session
 from .motion import yes_options
@@ -37,7 +38,7 @@ def following_options(slews_to: str) -> Callable[[F], F]:
                 "--interval", type=DURATION, default="1", show_default=True, help="Time between the lines of output (s)."
             ),
             click.option(
-                "--slew-rate", type=FASTEST_RATE, default="5", show_default=True, help=f"Rate to the {slews_to} (°/s)."
+                "--slew-rate", type=FASTEST_RATE, default=f"{SLEW_RATE_DEG_S:g}", show_default=True, help=f"Rate to the {slews_to} (°/s)."
             ),
         ):  # fmt: skip
             command = option(command)
@@ -64,9 +65,9 @@ def save_errors(
     states: Mapping[str, Sequence[tuple[float, float]]] | None = None,
 ) -> list[str]:  # fmt: skip
     """The plot and the CSV file; their names, which are others if files have come since `check_plot`."""
-    from ..plots import plot_errors, write_csv
+    from ..plots import errors_figure, save, write_csv
 
     plot = plot if overwrite else unused(plot, TABLE)
-    plot_errors(plot, title, time_s, errors_urad, states)
+    save(errors_figure(title, time_s, errors_urad, states), plot)
     write_csv(plot.with_suffix(TABLE), {"time_s": time_s, **{f"{name}_error_urad": error for name, error in errors_urad.items()}})
     return [str(plot), str(plot.with_suffix(TABLE))]

@@ -7,17 +7,16 @@ import sys
 import tempfile
 from contextlib import ExitStack
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 import click
 
-from ..commissioning import Commissioning, Outcome, check_place
+from ..commissioning import Commissioning, check_place
 from ..drive import Drive
 from ..errors import ExitCode, InputError
 from ..identification import (
     FIRST_LOOK,
-    MAIN,
-    STRUCTURE,
     Finished,
     Identification,
     envelope_text,
@@ -90,17 +89,9 @@ def identify(
             session.out.say("dry run: nothing was moved.")
             return int(ExitCode.OK)
         ask(session, yes)
-        with Commissioning(device, AXES.index(axis), envelope) as machine:
-            outcome = carry_out(session, run, FIRST_LOOK, machine, first)
-            if not quick:
-                run.fit_first_look()
-                for part in (MAIN, STRUCTURE):
-                    test_plan = run.plan(part)
-                    show_test_plan(session, test_plan, part)
-                    carry_out(session, run, part, machine, test_plan)
-        if not outcome.other_held:
-            session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held; its motion may affect the result.")
-        found = run.finish(quick)
+        found = run.carry_out(first, quick, partial(run_part, session, run))
+    if not found.outcome.other_held:
+        session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held; its motion may affect the result.")
     return show_result(session, axis, out, found)
 
 
@@ -120,8 +111,10 @@ def ask(session: Session, yes: bool, question: str = "Is the travel range clear?
     click.confirm(question, abort=True)
 
 
-def carry_out(session: Session, run: Identification, part: str, machine: Commissioning, test_plan: TestPlan) -> Outcome:
-    """Runs a part with a progress bar."""
+def run_part(session: Session, run: Identification, part: str, machine: Commissioning, test_plan: TestPlan) -> None:
+    """With a progress bar; the table of the first look was shown before the question."""
+    if part != FIRST_LOOK:
+        show_test_plan(session, test_plan, part)
     with session.out.progress(time_left=True) as bar:
         task = bar.add_task(test_plan.stage, total=test_plan.duration_s)
 
@@ -133,7 +126,6 @@ def carry_out(session: Session, run: Identification, part: str, machine: Commiss
         session.out.note(
             f"run {number} in {run.recording(part)} lost {100 * share:.2g} % of its ticks: the bus or this computer is too busy."
         )
-    return outcome
 
 
 def show_result(session: Session, axis: str, folder: Path, found: Finished) -> int:

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from .. import loop_test
 from ..device import Device
 from ..limits import Limits
@@ -27,30 +25,8 @@ def measure_loop(
 
 def save_loop(measured: MeasuredLoop, title: str, path: Path) -> list[str]:
     """PNG and CSV; their names."""
-    from ..plots import plot_bode, write_csv
+    from ..plots import bode_figure, save, write_csv
 
-    closed, loop = measured.closed, measured.loop
-    write_csv(
-        path.with_suffix(".csv"),
-        {
-            "frequency_hz": closed.frequency_hz,
-            "closed_db": 20 * np.log10(np.abs(closed.value)),
-            "closed_deg": np.degrees(np.unwrap(np.angle(closed.value))),
-            "open_db": 20 * np.log10(np.abs(loop)),
-            "open_deg": np.degrees(np.unwrap(np.angle(loop))),
-            "coherence": closed.coherence,
-            "open_loop_trusted": measured.sharp.astype(float),
-        },
-    )
-    plot_bode(
-        path.with_suffix(".png"),
-        title,
-        closed.frequency_hz,
-        closed.value,
-        loop,
-        closed.coherence,
-        measured.sharp,
-        measured.margins,
-        measured.bandwidth_hz,
-    )
+    write_csv(path.with_suffix(".csv"), measured.columns())
+    save(bode_figure(title, measured), path.with_suffix(".png"))
     return [str(path.with_suffix(".png")), str(path.with_suffix(".csv"))]

@@ -5,8 +5,7 @@ axis."""
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,14 +14,11 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import power
 from ..device import Device
 from ..drive import Drive
-from ..errors import InputError, MotionError
+from ..errors import InputError
 from ..limits import Limits, Plan
-from ..live import LiveAxis
 from ..moves import plan_data
-from ..node_limits import read_limits
 from ..output_files import unused
 from ..parameter import AXES
 from ..rate_run import RatesRun, send_rates
@@ -38,22 +34,23 @@ MANY_LOST = 50
 """Lost samples, of 1 ms each, above which a measured time is doubtful."""
 
 
-def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callable[[F], F]:
-    """Axis, limits, --dry-run and --yes."""
+def motion_options(most: Limits) -> Callable[[F], F]:
+    """Axis, limits with these defaults, --dry-run and --yes."""
 
     def add(command: F) -> F:
         command = yes_options(command)
         for option in (
             click.option(
-                "--max-duration", type=DURATION, default=max_duration, show_default=True,
+                "--max-duration", type=DURATION, default=f"{most.duration_s:g}", show_default=True,
                 help="Limit of the duration (s)."
             ),
             click.option(
-                "--max-travel", type=LONGEST_TRAVEL, default=max_travel, show_default=True,
+                "--max-travel", type=LONGEST_TRAVEL, default=f"{degrees(most.travel_rad):g}", show_default=True,
                 help="Limit of the travel (°).",
             ),
             click.option(
-                "--max-rate", type=FASTEST_RATE, default=max_rate, show_default=True, help="Limit of the rate (°/s)."
+                "--max-rate", type=FASTEST_RATE, default=f"{degrees(most.rate_rad_s):g}", show_default=True,
+                help="Limit of the rate (°/s).",
             ),
             click.argument("axis", type=click.Choice(AXES)),
         ):
@@ -97,28 +94,6 @@ def yes_options(command: F) -> F:
     ):
         command = option(command)
     return command
-
-
-def slew(lives: Sequence[LiveAxis], targets: Sequence[float], rate_rad_s: float) -> None:
-    """All axes, which are in mode pp, to their angles at once (rad); returns when they have arrived."""
-    clock = lives[0].device.clock
-    longest_s = 0.0
-    for live, target in zip(lives, targets, strict=True):
-        longest_s = max(longest_s, abs(target - live.drive.position()) / rate_rad_s)
-        live.drive.start_to(target, rate_rad_s)
-    deadline = clock.now() + 2.0 * longest_s + 5.0
-    while not all([live.check_enabled() & power.TARGET_REACHED for live in lives]):
-        if clock.now() > deadline:
-            raise MotionError(f"the axes have not reached their first angles after {2.0 * longest_s + 5.0:.0f} s.")
-        time.sleep(0.02)
-
-
-def check_slew(drive: Drive, target_rad: float, rate_rad_s: float) -> None:
-    """Raises InputError when the slew would exceed a limit of the node."""
-    node = read_limits(drive)
-    node.check_rate(rate_rad_s)
-    here = drive.position()
-    node.check_travel(drive.name, here, max(here - target_rad, 0.0), max(target_rad - here, 0.0))
 
 
 def new_path(folder: Path, what: str, axis: str) -> Path:

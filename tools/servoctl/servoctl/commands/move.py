@@ -3,17 +3,15 @@
 
 from __future__ import annotations
 
-import time
+import contextlib
+from collections.abc import Iterator
 
 import click
 
-from .. import power
-from ..device import Device
 from ..drive import Drive
-from ..errors import InputError, MotionError
+from ..errors import InputError
 from ..limits import Limits
-from ..live import LiveAxis
-from ..moves import DEFAULT_RATE_DEG_S, longest_s, plan_run, plan_to
+from ..moves import DEFAULT_RATE_DEG_S, MOST, Report, go_to, plan_run, plan_to, run_at_rate
 from ..parameter import AXES
 from ..session import Session, common
 from ..units import degrees, radians
@@ -22,7 +20,7 @@ from .quantity import ANGLE, DURATION, RATE
 
 
 @click.command(short_help="Move to or by an angle, or at a rate for a time.")
-@motion_options("20", "90", "120")
+@motion_options(MOST)
 @click.option("--to", "target", type=ANGLE, help="Absolute joint angle (°).")
 @click.option("--by", type=ANGLE, help="Relative angle (°).")
 @click.option(
@@ -62,37 +60,20 @@ def move(
         if not announce(session, plan, limits, device, dry_run, yes):
             return
         if runs:
-            _run_at_rate(session, device, axis, rate, plan.duration_s)
+            with _bar(session, f"{axis} runs") as report:
+                run_at_rate(device, drive.axis, rate, plan.duration_s, report)
             end = drive.position()
         else:
-            end = _go_to(session, device, axis, start + travel, rate, plan.duration_s)
+            with _bar(session, f"{axis} moves") as report:
+                end = go_to(device, drive.axis, start + travel, plan, report)
         error = end - (start + travel)
     session.out.json({"axis": axis, "from_deg": degrees(start), "to_deg": degrees(end), "state": "standing"})
     arrived = "" if runs else f", {1e6 * error:+.0f} µrad from the target"
     session.out.say(f"{axis} stands at {degrees(end):.4f}° (from {degrees(start):.4f}°){arrived}.")
 
 
-def _run_at_rate(session: Session, device: Device, axis: str, rate: float, duration: float) -> None:
-    with LiveAxis(device, AXES.index(axis), power.PROFILE_VELOCITY) as live, session.out.progress() as bar:
-        task = bar.add_task(f"{axis} runs", total=duration)
-        live.drive.set_target_rate(rate)
-        for now in device.clock.every(0.05, duration):
-            live.check_enabled()
-            bar.update(task, completed=now)
-
-
-def _go_to(session: Session, device: Device, axis: str, target: float, rate: float, expected_s: float) -> float:
-    """Position of the axis on arrival; after it is disabled, wind may turn it."""
-    with LiveAxis(device, AXES.index(axis), power.PROFILE_POSITION) as live, session.out.progress() as bar:
-        drive = live.drive
-        task = bar.add_task(f"{axis} moves", total=1.0)
-        start = drive.position()
-        drive.start_to(target, rate)
-        deadline = device.clock.now() + longest_s(expected_s)
-        while not live.check_enabled() & power.TARGET_REACHED:
-            done = abs(drive.position() - start) / max(abs(target - start), 1e-9)
-            bar.update(task, completed=min(done, 1.0))
-            if device.clock.now() > deadline:
-                raise MotionError(f"{axis} has not reached its target after {longest_s(expected_s):.0f} s.")
-            time.sleep(0.02)
-        return drive.position()
+@contextlib.contextmanager
+def _bar(session: Session, what: str) -> Iterator[Report]:
+    with session.out.progress() as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)

@@ -109,9 +109,7 @@ def parse_assignments(
             limits = f", {parameter.limits()} {parameter.unit}".rstrip() if parameter.limits() else ""
             raise InputError(f"'{word}' has no value: expected {word}=VALUE{limits}.")
         parameter = parameter_at(device, name, axis, kind)
-        if not parameter.writable:
-            raise InputError(f"{parameter.name} ({parameter.where}) is read-only.")
-        values[parameter] = parameter.check(parameter.parse(text))
+        values[parameter] = parameter.wanted(text)
     return values
 
 

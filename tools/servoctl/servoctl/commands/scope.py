@@ -71,16 +71,11 @@ def scope(
     divider, before = wanted.divider, wanted.before
     time_s, traces = result.time_s, result.traces
     path = timed_path(folder, "scope")
-    from ..plots import plot_traces, write_csv
+    from ..plots import save, traces_figure, write_csv
 
     write_csv(path.with_suffix(".csv"), {"time_s": time_s, **traces})
-    plot_traces(
-        path.with_suffix(".png"),
-        f"scope, {len(time_s)} frames every {divider} ms",
-        time_s,
-        traces,
-        0.0 if before else None,
-    )
+    title = f"scope, {len(time_s)} frames every {divider} ms"
+    save(traces_figure(title, time_s, traces, 0.0 if before else None), path.with_suffix(".png"))
     files = [str(path.with_suffix(".png")), str(path.with_suffix(".csv"))]
     statistics = {
         n: {"min": float(t.min()), "mean": float(t.mean()), "max": float(t.max()), "std": float(t.std())}

@@ -11,14 +11,14 @@ import numpy as np
 
 from ..limits import Limits
 from ..session import Session, common
-from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, delays, plan_step
+from ..step_test import MOST, SETPOINT_TICKS, StepRecord, cut_steps, disturbed_text, plan_step
 from ..units import TICK_S, degrees
 from .motion import announce, motion_options, new_path, run_rates, show_files
 from .quantity import DURATION, RATE
 
 
 @click.command(short_help="Apply a rate step: rise, overshoot, settling.")
-@motion_options("5", "30", "60")
+@motion_options(MOST)
 @click.option("--amplitude", type=RATE, default="1", show_default=True, help="Height of the step (°/s).")
 @click.option("--from", "base", type=RATE, default="0", show_default=True, help="Rate before the step (°/s).")
 @click.option("--hold", type=DURATION, default="1", show_default=True, help="Time at each rate (s).")
@@ -49,18 +49,16 @@ def step(
         run = run_rates(session, device, axis, planned.rates, SETPOINT_TICKS, limits, "step", interpolation=1)
     demand, answer, lost = run.demand, run.answer, run.lost
     records = cut_steps(run, hold)
-    if len(records) < planned.steps:
-        session.out.note(
-            f"only {len(records)} of {planned.steps} steps were recorded undisturbed ({delays(run)}); repeat the measurement."
-        )
+    if disturbed := disturbed_text(records, planned, run):
+        session.out.note(disturbed)
     path = new_path(folder, "step", axis)
-    from ..plots import plot_steps, write_csv
+    from ..plots import save, steps_figure, write_csv
 
     write_csv(
         path.with_suffix(".csv"),
         {"time_s": (np.arange(len(demand)) * TICK_S).tolist(), "demand_rad_s": demand, "rate_rad_s": answer},
     )
-    plot_steps(path.with_suffix(".png"), f"{axis}: rate step of {degrees(amplitude):.3g} °/s", records)
+    save(steps_figure(f"{axis}: rate step of {degrees(amplitude):.3g} °/s", records), path.with_suffix(".png"))
     _show_steps(session, axis, records, path, lost)
 
 

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import time
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -14,49 +12,25 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import power, tracking
-from ..cable_wrap import AZIMUTH, lasting_cue
+from .. import tracking
+from ..cable_wrap import AZIMUTH
 from ..device import Device
-from ..drive import Drive
 from ..errors import InputError
 from ..live import LiveAxis
-from ..pair_stream import ERROR_TICKS, ErrorStream
+from ..pair_stream import ErrorStream
 from ..parameter import AXES
 from ..session import Session, common
-from ..tracking import COASTING, NOT_TRACKING, ON_TARGET, PICTURE_WRONG, SEARCHING, STATES, CameraMapping, FrameCounts
-from ..units import TICK_S, degrees
+from ..track_run import Record, check_cue, follow_target
+from ..tracking import NOT_TRACKING, ON_TARGET, PICTURE_WRONG, SEARCHING, STATES
+from ..units import degrees
 from .following import check_plot, following_options, save_errors
-from .motion import check_slew, confirm, slew
+from .motion import confirm
 from .quantity import ANGLE, DURATION
 
 Real = NDArray[np.float64]
 
-POLL_S = 0.05
 SEARCHED_S = 3.0
 """Searching for so long after the start, the axes look where the target is not."""
-_ERROR_S = ERROR_TICKS * TICK_S
-
-
-@dataclass
-class Record:
-    """States by time (s, one for each axis), and errors in rad at 100 Hz, a column for each axis of the node."""
-
-    axes: list[int]
-    states: list[tuple[float, list[int]]] = field(default_factory=list)
-    errors: Real = field(default_factory=lambda: np.zeros((0, len(AXES))))
-    frames: FrameCounts | None = None
-
-    def time_s(self) -> Real:
-        """Of the errors."""
-        return _ERROR_S * np.arange(len(self.errors), dtype=np.float64)
-
-    def followed(self, axis: int) -> NDArray[np.bool_]:
-        """The errors of an axis that counts: while it was on target or coasting."""
-        place = self.axes.index(axis)
-        times = np.array([at for at, _ in self.states])
-        on = np.array([states[place] in (ON_TARGET, COASTING) for _, states in self.states], dtype=bool)
-        row = np.searchsorted(times, self.time_s(), side="right") - 1
-        return np.asarray(on[np.maximum(row, 0)] & (row >= 0)) if len(on) else np.zeros(len(self.errors), dtype=bool)
 
 
 @click.command(short_help="Follow the target of a camera.")
@@ -98,21 +72,15 @@ def track(
     with session.connect() as device:
         for axis in axes:
             tracking.check_supported(device, axis)
-        why = ""
-        if cue is not None:
-            if AZIMUTH in axes:
-                azimuth, why = lasting_cue(Drive(device, AZIMUTH), cue[AZIMUTH], cue_rate)
-                cue = (azimuth, cue[1])
-            for axis in axes:
-                check_slew(Drive(device, axis), cue[axis], slew_rate)
-        if not confirm(session, _announce(session, axes, cue, why, seconds), dry_run, yes):
+        angles, why = check_cue(device, axes, cue, cue_rate, slew_rate) if cue is not None else (None, "")
+        if not confirm(session, _announce(session, axes, angles, why, seconds), dry_run, yes):
             return
-        record = _run(session, device, axes, identifier, [cue[axis] for axis in axes] if cue else None, slew_rate, seconds, interval)
+        record = follow_target(device, axes, identifier, angles, slew_rate, seconds, _Watch(session, interval).look)
     _show(session, record, plot, overwrite)
 
 
 def _announce(
-    session: Session, axes: list[int], cue: tuple[float, float] | None, why: str, seconds: float | None
+    session: Session, axes: list[int], cue: Sequence[float] | None, why: str, seconds: float | None
 ) -> dict[str, Any]:
     names = " and ".join(AXES[axis] for axis in axes)
     session.out.say(
@@ -129,58 +97,27 @@ def _announce(
     }  # fmt: skip
 
 
-def _run(
-    session: Session, device: Device, axes: list[int], identifier: int | None, cue: list[float] | None, slew_rate: float,
-    seconds: float | None, interval: float,
-) -> Record:  # fmt: skip
-    record = Record(axes)
-    with CameraMapping(device, identifier), ErrorStream(device) as stream, contextlib.ExitStack() as motion:
-        lives = [motion.enter_context(LiveAxis(device, axis, power.PROFILE_POSITION)) for axis in axes]
-        tracking.check_frames(device, identifier, tracking.FIRST_FRAME_S)
-        if cue is not None:
-            slew(lives, cue, slew_rate)
-        before = tracking.frame_counts(device)
-        tracking.begin_following(lives)
-        stream.start()
-        try:
-            _follow(session, stream, lives, record, seconds, interval)
-        except KeyboardInterrupt:
-            pass  # the usual end
-        record.errors = stream.errors()
-        record.frames = _since(before, tracking.frame_counts(device))
-        tracking.end_following(lives)
-    return record
+class _Watch:
+    """What a person sees of the motion: a line at each interval, and remarks."""
 
+    def __init__(self, session: Session, interval: float) -> None:
+        self._session = session
+        self._interval = interval
+        self._shown_s, self._shown, self._searched, self._told = 0.0, 0, False, ""
 
-def _since(before: FrameCounts, after: FrameCounts) -> FrameCounts:
-    return FrameCounts(
-        after.taken - before.taken, after.missed - before.missed, after.dropped - before.dropped, after.last_drop, after.age_ms
-    )
-
-
-def _follow(
-    session: Session, stream: ErrorStream, lives: list[LiveAxis], record: Record, seconds: float | None, interval: float
-) -> None:
-    shown_s, shown, searched, told = 0.0, 0, False, ""
-    while True:
-        for live in lives:
-            live.check_enabled()
-        stream.check_alive()
-        states = [tracking.state_of(live.drive) for live in lives]
-        count = stream.count()
-        now_s = count * _ERROR_S
-        record.states.append((now_s, states))
-        if not searched and now_s >= SEARCHED_S:
-            searched = True
-            _note_search(session, record)
-        if now_s >= shown_s + interval or PICTURE_WRONG in states:
-            told = _note_picture(session, lives[0].drive.device, told)
-        if now_s >= shown_s + interval:
-            _show_line(session, now_s, record.axes, states, stream.errors(shown), tracking.return_text(lives[0].drive.device))
-            shown_s, shown = shown_s + interval, count
-        if seconds is not None and now_s >= seconds:
-            return
-        time.sleep(POLL_S)
+    def look(self, record: Record, stream: ErrorStream, lives: Sequence[LiveAxis]) -> None:
+        """Prints what is new."""
+        now_s, states = record.states[-1]
+        device = lives[0].drive.device
+        if not self._searched and now_s >= SEARCHED_S:
+            self._searched = True
+            _note_search(self._session, record)
+        due = now_s >= self._shown_s + self._interval
+        if due or PICTURE_WRONG in states:
+            self._told = _note_picture(self._session, device, self._told)
+        if due:
+            _show_line(self._session, now_s, record.axes, states, stream.errors(self._shown), tracking.return_text(device))
+            self._shown_s, self._shown = self._shown_s + self._interval, stream.count()
 
 
 def _note_search(session: Session, record: Record) -> None:

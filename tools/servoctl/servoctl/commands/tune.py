@@ -14,14 +14,14 @@ import click
 from .. import tune_run
 from ..access_lock import need_unlock
 from ..drive import Drive
-from ..errors import ExitCode, InputError
+from ..errors import ExitCode
 from ..identified import read_identified
 from ..identify_program import IdentifyProgram, find_identify
-from ..loop_test import loop_stimulus
+from ..loop_test import AMPLITUDE_DEG_S, BIAS_DEG_S, HIGHEST_HZ, LINES, LOWEST_HZ, PERIODS, loop_stimulus
 from ..output_files import overwrite_option
 from ..parameter import AXES
 from ..session import Session, common, unlock_option
-from ..tune_run import LIMITS, LINES, LOWEST_HZ, REQUIREMENT_KEYS, Proposal, Tried, check_reach, predicted_text, propose
+from ..tune_run import LIMITS, REQUIREMENT_KEYS, Proposal, Tried, check_reach, predicted_text, propose
 from ..units import rounded
 from .gains import read_all, store_with_backup
 from .identify import PROGRAM
@@ -57,19 +57,19 @@ RATIO = Quantity("", above=0.0)
         " identification)."
     ),
 )  # fmt: skip
-@click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s) while the loop is measured.")
+@click.option("--bias", type=RATE, default=f"{BIAS_DEG_S:g}", show_default=True, help="Mean rate (°/s) while the loop is measured.")
 @click.option(
     "--amplitude",
     type=RATE,
-    default="0.6",
+    default=f"{AMPLITUDE_DEG_S:g}",
     show_default=True,
     help=("Peak of the multisine (°/s); must be below the bias."),
 )
-@click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest measured frequency (Hz).")
+@click.option("--high", type=FREQUENCY, default=f"{HIGHEST_HZ:g}", show_default=True, help="Highest measured frequency (Hz).")
 @click.option(
     "--periods",
     type=Whole(2, 100),
-    default=5,
+    default=PERIODS,
     show_default=True,
     help=("Number of periods measured, 4 s each."),
 )
@@ -93,13 +93,12 @@ def tune(
     is below the required value (default: the predicted value) by more than the tolerance. 'servoctl undo' restores the
     old gains later. Exit code 1 means that the gains were not kept.
     """
-    if bias == 0.0:
-        raise InputError("--bias must not be 0: the loop is measured while the axis slides.")
+    stimulus = loop_stimulus(LOWEST_HZ, high, bias, amplitude, LINES, periods)
+    tune_run.check_slides(stimulus)
     if not dry_run:
         session.check_new(tune_run.result_files(folder, AXES.index(axis)), overwrite, "--from", folder / "result.json")
     requirements = {REQUIREMENT_KEYS[name]: value for name, value in options.items() if value is not None}
     identified = read_identified(folder / "result.json")
-    stimulus = loop_stimulus(LOWEST_HZ, high, bias, amplitude, LINES, periods)
     identifier = IdentifyProgram(find_identify(program))
     with session.connect() as device, ExitStack() as stack:
         identified.check_machine(device, AXES.index(axis))

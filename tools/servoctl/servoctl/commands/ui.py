@@ -30,6 +30,7 @@ def ui(session: Session, demo: bool, port: int, host: str, no_browser: bool) -> 
     One page commands, the others view, and each can stop. The axes stop when the page that commands is closed or
     silent; when this program ends or the bus is lost, the device stops them by itself.
     """
+    from ..sim_host import simulator
     from ..ui import demo as demonstration
     from ..ui.access import Access, in_link
     from ..ui.engine import Engine
@@ -40,7 +41,7 @@ def ui(session: Session, demo: bool, port: int, host: str, no_browser: bool) -> 
         raise InputError("--demo starts a simulator of its own: give either --demo or --bus.")
     with contextlib.ExitStack() as stack:
         if demo:
-            session.bus = stack.enter_context(demonstration.simulator())
+            session.bus = stack.enter_context(simulator())
         elif not session.bus:
             raise InputError(f"no bus given: add --bus or set {ENVIRONMENT} to {FORMS}; --demo starts a simulator instead.")
         session.check_bus()

@@ -41,7 +41,7 @@ from ..identified import Identified, read_identified
 from ..identify_program import IdentifyProgram, find_identify, read_json
 from ..journal import state_folder
 from ..loop_model import Complex
-from ..loop_test import LoopStimulus, loop_stimulus, measure_loop
+from ..loop_test import LINES, LOWEST_HZ, LoopStimulus, loop_stimulus, measure_loop
 from ..moves import plan_data
 from ..number_table import read_columns
 from ..parameter import AXES
@@ -320,11 +320,11 @@ class Commission:
 
     @staticmethod
     def _stimulus(bias_deg_s: float, amplitude_deg_s: float, high_hz: float, periods: int) -> LoopStimulus:
-        if bias_deg_s == 0.0:
-            raise InputError("the mean rate must not be 0: the loop is measured while the axis slides.")
         if not 2 <= periods <= 100:
             raise InputError("expected 2 to 100 periods.")
-        return loop_stimulus(tune_run.LOWEST_HZ, high_hz, radians(bias_deg_s), radians(amplitude_deg_s), tune_run.LINES, periods)
+        stimulus = loop_stimulus(LOWEST_HZ, high_hz, radians(bias_deg_s), radians(amplitude_deg_s), LINES, periods)
+        tune_run.check_slides(stimulus)
+        return stimulus
 
     def plan_tune(self, name: str, *stimulus: Any) -> dict[str, Any]:
         """What the measurement would move; raises InputError when it is not allowed."""

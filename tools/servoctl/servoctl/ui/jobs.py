@@ -32,7 +32,7 @@ from ..rate_run import Progress, send_rates
 from ..schema import Schema
 from ..shapes import SETPOINT_TICKS as SHAPE_TICKS
 from ..shapes import plan_shape
-from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, delays, plan_step
+from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, disturbed_text, plan_step
 from ..tuning import REVERT, SetState, Tuning, command_set, set_state, undo_last
 from ..units import TICK_S, Shown, degrees, number, radians
 from .commission import Commission
@@ -261,9 +261,8 @@ class Jobs:
                 progress=self.progress(axis, "step", total),
             )  # fmt: skip
         records = cut_steps(run, hold_s)
-        note = "" if len(records) == planned.steps else f"only {len(records)} of {planned.steps} steps undisturbed: {delays(run)}"
         self._engine.say(f"{AXES[axis]}: step measured")
-        return {"axis": AXES[axis], "lost": run.lost, "note": note, "steps": [_step(record) for record in records]}
+        return {"axis": AXES[axis], "lost": run.lost, "note": disturbed_text(records, planned, run), "steps": [_step(record) for record in records]}
 
     def plan_shape(self, axis: int, shape: str, travel_deg: float, period_s: float, periods: int) -> dict[str, Any]:
         """What a reference shape would do; raises InputError when the node does not allow it."""
