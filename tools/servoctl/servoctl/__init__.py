@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .axis import Axis
     from .bus import parse_bus
     from .device import Device
     from .drive import Drive
@@ -24,7 +25,9 @@ if TYPE_CHECKING:
     from .rate_run import send_rates
     from .recording import Recorder
     from .recording import read as read_recording
+    from .servo import Servo, connect
     from .signal_stream import SignalStream
+    from .sim_host import simulator
     from .step_test import cut_steps, plan_step
     from .tuning import Tuning, undo_last
     from .units import degrees, radians
@@ -33,20 +36,20 @@ __version__ = (Path(__file__).parent / "descriptions" / "version.txt").read_text
 """That of the firmware whose build printed the descriptions: project(VERSION) of CMakeLists.txt."""
 
 _PLACES = {
-    "Device": "device", "Drive": "drive", "Identification": "identification", "InputError": "errors", "Limits": "limits",
-    "LiveAxis": "live", "Recorder": "recording", "ServoctlError": "errors", "SignalStream": "signal_stream",
-    "Tuning": "tuning", "cut_steps": "step_test", "degrees": "units", "loop_stimulus": "loop_test",
+    "Axis": "axis", "Device": "device", "Drive": "drive", "Identification": "identification", "InputError": "errors", "Limits": "limits",
+    "LiveAxis": "live", "Recorder": "recording", "Servo": "servo", "ServoctlError": "errors", "SignalStream": "signal_stream",
+    "Tuning": "tuning", "connect": "servo", "cut_steps": "step_test", "degrees": "units", "loop_stimulus": "loop_test",
     "measure_loop": "loop_test", "parse_bus": "bus", "plan_run": "moves", "plan_step": "step_test", "radians": "units",
-    "read_recording": "recording", "send_rates": "rate_run", "undo_last": "tuning",
+    "read_recording": "recording", "send_rates": "rate_run", "simulator": "sim_host", "undo_last": "tuning",
 }  # fmt: skip
 """The module of each name."""
 _OTHER_NAMES = {"read_recording": "read"}
 """Of those that have another one in their module."""
 
 __all__ = [
-    "Device", "Drive", "Identification", "InputError", "Limits", "LiveAxis", "Recorder", "ServoctlError", "SignalStream", "Tuning",
-    "cut_steps", "degrees", "loop_stimulus", "measure_loop", "parse_bus", "plan_run", "plan_step", "radians", "read_recording",
-    "send_rates", "undo_last",
+    "Axis", "Device", "Drive", "Identification", "InputError", "Limits", "LiveAxis", "Recorder", "Servo", "ServoctlError",
+    "SignalStream", "Tuning", "connect", "cut_steps", "degrees", "loop_stimulus", "measure_loop", "parse_bus", "plan_run",
+    "plan_step", "radians", "read_recording", "send_rates", "simulator", "undo_last",
 ]  # fmt: skip
 
 

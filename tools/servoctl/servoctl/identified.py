@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .device import Device
 from .drive import Drive
@@ -16,6 +16,9 @@ from .parameter import AXES, AXIS_SHIFT, Parameter, Value
 from .test_plan import Envelope
 from .schema import Schema
 from .units import degrees
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 FORMAT = "trackservo-identification"
 NAMES = {
@@ -81,6 +84,13 @@ class Identified:
     def value(self, name: str) -> float | None:
         """Of a parameter; None when it was refused."""
         return self.estimates[name].value
+
+    def frame(self) -> DataFrame:
+        """A row per parameter: value, ends of its 95 % interval, by the paper's method, unit; NaN where there is none. Needs
+        pandas."""
+        from .frames import estimates_frame
+
+        return estimates_frame(self)
 
     @property
     def warnings(self) -> list[str]:

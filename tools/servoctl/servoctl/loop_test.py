@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,9 @@ from .parameter import AXES
 from .rate_run import Progress, send_rates, silent
 from .tuning import Tuning
 from .units import TICK_S, degrees, radians
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SETPOINT_TICKS = 2
 SETPOINT_PERIOD_S = SETPOINT_TICKS * TICK_S
@@ -113,6 +117,12 @@ class MeasuredLoop:
             "coherence": closed.coherence,
             "open_loop_trusted": self.sharp.astype(np.float64),
         }
+
+    def frame(self) -> DataFrame:
+        """`columns` with the frequency as index. Needs pandas."""
+        from .frames import loop_frame
+
+        return loop_frame(self)
 
     def loop_with(self, gains: SpeedLoopGains) -> Complex:
         """The open loop that other gains would have with the measured plant."""

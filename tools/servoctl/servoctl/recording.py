@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from mcap.exceptions import McapError
@@ -30,6 +30,9 @@ from . import __version__
 from .errors import InputError
 from .journal import state_folder
 from .signal_stream import Samples, Signal
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 TOPIC = "/samples"
 CHUNK_BYTES = 1 << 17
@@ -173,6 +176,12 @@ class Recording:
             if signal.name == name:
                 return np.asarray(self.samples.values[row])
         raise InputError(f"no signal '{name}' in this recording; it has {', '.join(signal.name for signal in self.signals)}.")
+
+    def frame(self) -> DataFrame:
+        """A row per sample over time in s, with columns such as azimuth_rate_deg_s. Needs pandas."""
+        from .frames import recording_frame
+
+        return recording_frame(self)
 
 
 def read(path: Path, from_s: float = 0.0, seconds: float = float("inf")) -> Recording:

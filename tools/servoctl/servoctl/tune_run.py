@@ -9,7 +9,7 @@ import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from .parameter import AXES, AXIS_SHIFT, PLANT_OBJECT, Parameter, Value
 from .trial_gains import TrialGains
 from .tuning import Tuning
 from .units import radians
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 COMMAND = "tune"
 """In the journal."""
@@ -78,6 +81,12 @@ class Proposal:
     def locked(self) -> list[Parameter]:
         """Guarded values that it changes."""
         return [p for p in self.changed if p.guarded]
+
+    def frame(self) -> DataFrame:
+        """A row per changed gain: before, after, unit. Needs pandas."""
+        from .frames import proposal_frame
+
+        return proposal_frame(self)
 
 
 def propose(
