@@ -220,7 +220,7 @@ def friction_figure(identified: Identified, points: Legs) -> Figure:
     axes.set_ylim(bottom=0, top=max(1.0, 1.6 * _largest_friction_nm(identified)))
     axes.set_xlabel("joint speed (rad/s)")
     axes.set_ylabel("friction torque (N m)")
-    axes.legend(ncols=2, fontsize=8.5)
+    axes.legend(ncols=2, fontsize=8.5, frameon=True, edgecolor="none")  # over the points
     return figure
 
 
