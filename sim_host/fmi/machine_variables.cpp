@@ -37,7 +37,7 @@ sim::PlantConfig MachineChoice::plant(const std::filesystem::path& resources) co
 
 void MachineTruth::add_to(std::vector<Variable>& variables) {
   for (std::size_t i = 0; i < sim::kAxes; ++i) {
-    const auto add = [&variables, i](const char *name, const char *unit, const char *description, double *value) {
+    const auto add = [&variables, i](const char *name, const char *unit, const char *description, auto *value) {
       variables.push_back({of_axis(i, name), Causality::kOutput, unit, description, value});
     };
     add("joint_angle_rad", "rad", "True joint angle, not wrapped", &axis[i].joint_angle_rad);

@@ -29,7 +29,7 @@ PAGES = sorted(
 )
 FOLDERS = ("firmware", "hal", "sim_host", "tests", "tools", "docs", "cmake")
 OF_OTHERS = set(
-    "apt-get bash cd candump cansend dcfgen do done export grep ip kill mypy pip pipx pre-commit python sleep slcand until".split()
+    "apt-get bash cd candump cansend dcfgen do done export grep ip kill mypy pip pipx pre-commit python python3 sha256sum sleep slcand tar until".split()
 )
 """Commands of other projects, which the pages use but do not explain."""
 OF_THE_PAST = {"sim_host fig9-scan --out DIR": "docs/results/fig9.md names the commit that has it"}
