@@ -190,6 +190,7 @@ class Sequence:
         self.axis.master.pass_time(100)
         assert self.bits(REACHED) and self.axis.get(0x6062) == before, "; ".join(self.log)
         self.axis.command(ENABLE)
+        self.axis.master.pass_time(2)  # bit 10 is that of the halt until the next tick
 
     def run(self):
         for _ in range(3):

@@ -105,7 +105,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
 
 
 def sine(time_s: float) -> tuple[float, float]:
-    """Rate and acceleration of the scenario, in single precision as the firmware gets them."""
+    """Rate and acceleration of the scenario, at this time."""
     w, rate = 2.0 * np.pi * 0.5, np.deg2rad(2.0)
     t = time_s - 0.5
     return (0.0, 0.0) if t < 0.0 else (rate * np.sin(w * t), rate * w * np.cos(w * t))

@@ -168,6 +168,8 @@ def running(servo: Bench, *options: str, silent_s: float = PATIENT_S) -> Iterato
             process.kill()
             raise
         error = process.stderr.read()
+        process.stdout.close()
+        process.stderr.close()
         assert "Traceback" not in error, error
 
 

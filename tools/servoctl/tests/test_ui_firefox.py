@@ -93,6 +93,7 @@ def firefox() -> Iterator[Firefox]:
         finally:
             process.terminate()
             process.wait(timeout=20)
+            process.stderr.close()
 
 
 def holds(page: Firefox, selector: str, part: str) -> None:
