@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Limits as a master sees them: moves towards the hard end of the travel, 607F = "no limit", limits in any order."""
 
+import math
+
 import canopen
 import pytest
 from axis import ACKNOWLEDGED, PP, PV
@@ -44,7 +46,8 @@ def test_a_move_to_the_hard_end_stops_inside_with_bit_11(master, node, azimuth, 
     """12 tries with the other parameters: each ended in fault 8612, 0.3 to 3.8 mrad outside."""
     unlock(node)
     moves = []
-    for axis, direction in ((azimuth, 1), (pitch, -1)):
+    for axis, middle_deg in ((azimuth, 0.0), (pitch, 37.5)):  # between its end stops: it moves towards it
+        direction = 1 if math.degrees(axis.get(0x6064) / COUNTS_PER_RAD) < middle_deg else -1
         ends = confine(axis, 0.25)
         moves.append((axis, direction, ends[1] if direction > 0 else ends[0]))
     for axis, direction, end in moves:  # limits change only while both axes are off
