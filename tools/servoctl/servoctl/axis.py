@@ -31,6 +31,8 @@ from .wording import in_python
 
 File = str | os.PathLike[str]
 
+STEP_TRIES = 3
+
 
 def _degrees(travel_rad: tuple[float, float] | None) -> tuple[float, float] | None:
     return None if travel_rad is None else (degrees(travel_rad[0]), degrees(travel_rad[1]))
@@ -108,13 +110,17 @@ class Axis(NamedParameters):
     ) -> list[StepRecord]:  # fmt: skip
         """A step of the rate and its counterpart backward, each held for `hold_s` (0.1 to 30 s), as `servoctl step`. Of each:
         direction, time since the step (s), demand and answer (rad/s, each tick), and numbers such as the rise. `hold_other` keeps
-        the other axis where it is. A step that was disturbed by a late set-point is left out, with a Python warning. For
-        `plots.steps_figure`. Raises InputError or MotionError."""
+        the other axis where it is. Steps that were disturbed by a late set-point are repeated, up to twice, and then left out,
+        with a Python warning. For `plots.steps_figure`. Raises InputError or MotionError."""
         planned = step_test.plan_step(self.name, amplitude_rad_s, from_rad_s, hold_s)
-        planned.plan.check(limits, self.drive)
-        run = send_rates(self.device, self.number, planned.rates, SETPOINT_TICKS, limits, hold_other, interpolation=1)
-        records = step_test.cut_steps(run, hold_s)
-        if disturbed := step_test.disturbed_text(records, planned, run):
+        for tries_left in reversed(range(STEP_TRIES)):
+            planned.plan.check(limits, self.drive)
+            run = send_rates(self.device, self.number, planned.rates, SETPOINT_TICKS, limits, hold_other, interpolation=1)
+            records = step_test.cut_steps(run, hold_s, none_is_good=tries_left > 0)
+            disturbed = step_test.disturbed_text(records, planned, run)
+            if not disturbed:
+                break
+        else:
             warnings.warn(disturbed, stacklevel=3)
         return records
 

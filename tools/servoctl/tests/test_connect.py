@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
 
 from servoctl import InputError, Servo, ServoctlError, connect, degrees, radians
 from servoctl.frames import tracking_frame
+from servoctl.rate_run import RatesRun, send_rates
 from servoctl.track_run import Record
 from servoctl.tracking import ACQUIRING, ON_TARGET
 
@@ -121,6 +124,19 @@ def test_a_motion_is_recorded_in_every_tick_and_leaves_the_axis_as_it_was(servo:
     assert back_rad == pytest.approx(end_rad - radians(2.0), abs=2e-4)
     state = servo.json("state")
     assert state["nmt"] == before["nmt"] and [axis["state"] for axis in state["axes"]] == ["switch on disabled"] * 2
+
+
+@pytest.mark.real_time
+def test_a_disturbed_step_is_repeated(opened: Servo, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs: list[RatesRun] = []
+
+    def first_without_a_step(*arguments: Any, **options: Any) -> RatesRun:
+        runs.append(send_rates(*arguments, **options))
+        return runs[-1] if len(runs) > 1 else dataclasses.replace(runs[0], demand=np.zeros_like(runs[0].demand))
+
+    monkeypatch.setattr("servoctl.axis.send_rates", first_without_a_step)
+    assert {record[0] for record in opened.azimuth.step(radians(1.0), hold_s=0.5)} <= {"forward", "backward"}
+    assert len(runs) > 1
 
 
 def test_a_check_judges_the_gains_in_force(servo: Bench, opened: Servo) -> None:
