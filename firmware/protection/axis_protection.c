@@ -124,20 +124,22 @@ static fault_set monitor_encoder(axis_protection *p, const protection_limits *li
   return bit_if(jumps, FAULT_ENCODER_JUMP) | bit_if(stuck, FAULT_ENCODER_STUCK);
 }
 
-float protection_sensor_difference_rad_s(const protection_limits *limits, float joint_rate_rad_s) {
-  return limits->base_rate_rad_s + DISAGREE_OF_RATE * scalar_abs(joint_rate_rad_s);
+float protection_sensor_difference_rad_s(const protection_limits *limits, float gyro_gain, float joint_rate_rad_s) {
+  const bool fixed = limits->fixed_base_rad > 0.0f;
+  const float base_rad_s = limits->base_rate_rad_s * (fixed ? 1.0f : scalar_max(1.0f, scalar_abs(gyro_gain)));
+  return base_rad_s + DISAGREE_OF_RATE * scalar_abs(joint_rate_rad_s);
 }
 
 /* Where the encoder alone shows a change of the rate, its increment is wrong, and not the difference of the two. */
 static fault_set compare_sensors(axis_protection *p, const protection_limits *limits, float outlier_rad,
-                                 float inertial_rad_s, float joint_rate_rad_s, float dt_s) {
+                                 float gyro_gain, float inertial_rad_s, float joint_rate_rad_s, float dt_s) {
   const encoder_verdict encoder = encoder_outliers_step(&p->outliers, outlier_rad, p->step_change_rad,
                                                         (inertial_rad_s - p->last_inertial_rad_s) * dt_s);
   if (encoder == ENCODER_FITS) {
     follow(&p->difference_rad_s, p->angles_known > 1 ? inertial_rad_s - joint_rate_rad_s : 0.0f,
            dt_s / DISAGREE_SMOOTHING_S);
   }
-  const float max_rad_s = protection_sensor_difference_rad_s(limits, joint_rate_rad_s);
+  const float max_rad_s = protection_sensor_difference_rad_s(limits, gyro_gain, joint_rate_rad_s);
   const bool disagrees = seen_for(&p->disagree_ticks, !scalar_within(p->difference_rad_s, max_rad_s), DISAGREE_TICKS);
   return bit_if(disagrees, FAULT_SENSORS_DISAGREE) | bit_if(encoder == ENCODER_ERRATIC, FAULT_ENCODER_ERRATIC);
 }
@@ -163,7 +165,8 @@ static fault_set monitor_gyro(axis_protection *p, const protection_limits *limit
   const bool stuck = lasts(&p->same_gyro_s, same, limits->stuck_s, dt_s);
   const float outlier_rad = returns ? 0.0f : limits->encoder_outlier_rad;
   const float inertial_rad_s = in->gyro_gain * in->gyro_rad_s + in->gyro_of_joint * joint_rate_rad_s;
-  const fault_set compared = compare_sensors(p, limits, outlier_rad, inertial_rad_s, joint_rate_rad_s, dt_s);
+  const fault_set compared =
+      compare_sensors(p, limits, outlier_rad, in->gyro_gain, inertial_rad_s, joint_rate_rad_s, dt_s);
   p->last_gyro_rad_s = in->gyro_rad_s;
   p->last_inertial_rad_s = inertial_rad_s;
   return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) | compared;

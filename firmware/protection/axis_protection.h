@@ -113,8 +113,9 @@ parameter_refusal protection_refusal(const protection_limits *limits);
 /* Returns CONTROL_OK if these limits may take effect. */
 control_status protection_check(const protection_limits *limits);
 
-/* Returns the largest difference of gyro and encoder that FAULT_SENSORS_DISAGREE permits at this rate. */
-float protection_sensor_difference_rad_s(const protection_limits *limits, float joint_rate_rad_s);
+/* Returns the largest difference of gyro and encoder that FAULT_SENSORS_DISAGREE permits at this rate. What a moving
+ * base turns across the line of sight, a gyro there shows `gyro_gain` times in the rate about the axis. */
+float protection_sensor_difference_rad_s(const protection_limits *limits, float gyro_gain, float joint_rate_rad_s);
 
 /* Restarts the counts of all faults; keeps what is known of the winding. */
 void axis_protection_reset(axis_protection *protection);

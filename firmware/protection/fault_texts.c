@@ -48,7 +48,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_SENSORS_DISAGREE] =
         {.name = "encoder and gyro disagree",
          .detection = "Encoder and gyro rates, filtered over 3 ms, differ by more than 2060:2 plus 2 % of the joint "
-                      "rate for 5 ticks.",
+                      "rate for 5 ticks. On a moving base (2060:27 = 0) with gyros on the line of sight, 2060:2 counts "
+                      "1/cos(pitch) times for the azimuth.",
          .when = "Always. A wrong sign or scale shows only while the axis or its base turns.",
          .timer = "",
          .limits = LIMIT(2),

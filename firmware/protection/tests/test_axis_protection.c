@@ -211,6 +211,24 @@ static void test_near_the_zenith_the_encoder_is_mostly_compared_with_itself(void
   TEST_ASSERT_EQUAL_INT(100, ticks_at_1_rad_s(&b, 0.025f));
 }
 
+/* 2060:2 is 0.02 rad/s. At pitch 60 degrees what the base turns across the line of sight counts twice. */
+static void test_a_moving_base_may_turn_across_the_line_of_sight_by_its_limit(void) {
+  bench b = new_bench();
+  b.in.gyro_gain = 2.0f;
+  b.limits.base_rate_rad_s = 0.02f;
+  b.limits.fixed_base_rad = 0.0f;
+  TEST_ASSERT_EQUAL_INT(100, ticks_at_1_rad_s(&b, 0.5f + 0.028f));
+  TEST_ASSERT_LESS_THAN_INT(15, ticks_at_1_rad_s(&b, 0.5f + 0.032f));
+  b = new_bench();
+  b.in.gyro_gain = -2.0f; /* beyond the zenith */
+  b.limits.fixed_base_rad = 0.0f;
+  TEST_ASSERT_EQUAL_INT(100, ticks_at_1_rad_s(&b, -0.5f - 0.028f));
+  b = new_bench();
+  b.in.gyro_gain = 2.0f;
+  b.limits.fixed_base_rad = 0.005f;
+  TEST_ASSERT_LESS_THAN_INT(15, ticks_at_1_rad_s(&b, 0.5f + 0.028f));
+}
+
 static void test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms(void) {
   bench b = new_bench();
   b.rate_rad_s = 0.02f;
@@ -1087,6 +1105,7 @@ int main(void) {
   RUN_TEST(test_a_gyro_at_its_range_or_stuck_is_found);
   RUN_TEST(test_the_encoder_is_compared_with_the_rate_about_the_axis_and_the_range_with_the_reading);
   RUN_TEST(test_near_the_zenith_the_encoder_is_mostly_compared_with_itself);
+  RUN_TEST(test_a_moving_base_may_turn_across_the_line_of_sight_by_its_limit);
   RUN_TEST(test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms);
   RUN_TEST(test_an_encoder_that_returns_on_a_turning_axis_disagrees_with_nothing);
   RUN_TEST(test_current_while_nothing_drives_it_is_an_offset);
