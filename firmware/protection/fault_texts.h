@@ -29,8 +29,8 @@ typedef struct {
   const char *clear;
 } fault_text;
 
-/* Row FAULT_NONE has a name only. */
-extern const fault_text fault_texts[FAULT_COUNT];
+/* Returns the texts of a fault below FAULT_COUNT; FAULT_NONE has a name only. */
+const fault_text *fault_text_of(fault_id fault);
 
 typedef struct {
   const char *name; /* as in `fault_log_sample`, without the unit */

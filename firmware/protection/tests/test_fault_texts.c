@@ -20,7 +20,7 @@ static void test_every_fault_has_a_code_and_a_latency(void) {
 
 static void test_every_fault_has_all_its_texts(void) {
   for (int i = 1; i < FAULT_COUNT; ++i) {
-    const fault_text *text = &fault_texts[i];
+    const fault_text *text = fault_text_of((fault_id)i);
     const char *const texts[] = {text->name,  text->detection, text->when, text->cause,
                                  text->check, text->cure,      text->clear};
     for (unsigned k = 0; k < sizeof texts / sizeof texts[0]; ++k) {
@@ -39,17 +39,17 @@ static void test_events_are_reported_once_and_conditions_as_long_as_they_last(vo
                                     FAULT_STACK_OVERFLOW,  FAULT_RAM_PARITY,      FAULT_OPTION_BYTES,
                                     FAULT_GAINS_TAKEN_BACK};
   for (unsigned i = 0; i < sizeof events / sizeof events[0]; ++i) {
-    TEST_ASSERT_TRUE_MESSAGE(fault_texts[events[i]].reported_once, fault_texts[events[i]].name);
+    TEST_ASSERT_TRUE_MESSAGE(fault_text_of(events[i])->reported_once, fault_text_of(events[i])->name);
   }
   static const fault_id conditions[] = {FAULT_ENCODER_LOST, FAULT_OVER_CURRENT, FAULT_UNDER_VOLTAGE,
                                         FAULT_IMAGE_DAMAGED};
   for (unsigned i = 0; i < sizeof conditions / sizeof conditions[0]; ++i) {
-    TEST_ASSERT_FALSE_MESSAGE(fault_texts[conditions[i]].reported_once, fault_texts[conditions[i]].name);
+    TEST_ASSERT_FALSE_MESSAGE(fault_text_of(conditions[i])->reported_once, fault_text_of(conditions[i])->name);
   }
 }
 
 static void test_an_axis_without_a_fault_has_a_name_for_it_too(void) {
-  TEST_ASSERT_EQUAL_STRING("no fault", fault_texts[FAULT_NONE].name);
+  TEST_ASSERT_EQUAL_STRING("no fault", fault_text_of(FAULT_NONE)->name);
   TEST_ASSERT_EQUAL_HEX16(0, fault_table[FAULT_NONE].code);
 }
 

@@ -12,13 +12,13 @@ extern "C" {
 
 namespace trackservo::dictionary {
 
-// "tell", "stop", "brake" or "cut".
+// Returns "tell", "stop", "brake" or "cut".
 std::string reaction_name(const fault_row& row);
 
-// The file faults.json: every fault by its number, and the columns of a fault log entry.
+// Returns the file faults.json: every fault by its number, and the columns of a fault log entry.
 nlohmann::ordered_json describe_faults();
 
-// The page docs/faults.md.
+// Returns the page docs/faults.md.
 std::string print_fault_page();
 
 }  // namespace trackservo::dictionary

@@ -19,7 +19,7 @@ namespace {
 constexpr const char *kHead = R"page(# Faults
 
 Every fault that the drive detects: its code, what the drive does, the likely cause, and the remedy. The build prints
-this page from `firmware/protection/fault_table.c` and `fault_texts.c`. Do not edit it: run
+this page from `firmware/protection/fault_table.c` and `fault_texts_of_*.c`. Do not edit it: run
 `tools/update-docs dictionary`.
 
 `servoctl faults` shows active and past faults with cause, check and cure. `servoctl explain 0x7320` explains a code.
@@ -97,19 +97,21 @@ std::string reaction_text(const fault_row& row) {
   }
 }
 
+const fault_text& text_of(int fault) { return *fault_text_of(static_cast<fault_id>(fault)); }
+
 std::string latency_of(int fault) {
-  const std::string timer = fault_texts[fault].timer;
+  const std::string timer = text_of(fault).timer;
   return fmt::format("{} ms{}", fault_table[fault].latency_ms, timer.empty() ? "" : " + " + timer);
 }
 
 // Of its section.
 std::string heading_of(int fault) {
-  return fmt::format("{} {} ({:04X})", fault, fault_texts[fault].name, fault_table[fault].code);
+  return fmt::format("{} {} ({:04X})", fault, text_of(fault).name, fault_table[fault].code);
 }
 
 std::string print_row(int fault) {
   const fault_row& row = fault_table[fault];
-  const fault_text& text = fault_texts[fault];
+  const fault_text& text = text_of(fault);
   return fmt::format("| {} | [{}](#{}) | {:04X} | {} | {} | {} | {} | {} |\n", fault, text.name,
                      anchor_of(heading_of(fault)), row.code, text.detection, latency_of(fault), reaction_text(row),
                      row.reaction == REACTION_REPORT || text.reported_once ? "no" : "yes", text.clear);
@@ -144,7 +146,7 @@ std::string tests_of(fault_id fault) {
 }
 
 std::string print_section(int fault) {
-  const fault_text& text = fault_texts[fault];
+  const fault_text& text = text_of(fault);
   std::string limits;
   for (const std::string& limit : limits_of(text)) {
     limits += (limits.empty() ? "- Limits: " : ", ") + limit;

@@ -32,7 +32,7 @@ nlohmann::ordered_json limit_subs_of(const fault_text& text) {
 
 nlohmann::ordered_json describe(int fault) {
   const fault_row& row = fault_table[fault];
-  const fault_text& text = fault_texts[fault];
+  const fault_text& text = *fault_text_of(static_cast<fault_id>(fault));
   return {{"number", fault},
           {"name", text.name},
           {"code", row.code},
