@@ -30,6 +30,7 @@ static bool drifts(slow_monitors *m, const protection_limits *limits, float join
   m->spoiled = false;
   bool found = false;
   if (usable) {
+    /* A base that moves, where the gyro's gain counts, is not judged here. */
     const float max_rad_s = protection_sensor_difference_rad_s(limits, 1.0f, joint_rate_rad_s);
     const float slow_rad_s = scalar_clamp(gyro_rad_s - joint_rate_rad_s, -max_rad_s, max_rad_s);
     found = sensor_drift_step(&m->drift, limits->fixed_base_rad, slow_rad_s, joint_rate_rad_s, window_s);

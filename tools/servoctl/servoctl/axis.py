@@ -116,7 +116,7 @@ class Axis(NamedParameters):
         for tries_left in reversed(range(STEP_TRIES)):
             planned.plan.check(limits, self.drive)
             run = send_rates(self.device, self.number, planned.rates, SETPOINT_TICKS, limits, hold_other, interpolation=1)
-            records = step_test.cut_steps(run, hold_s, none_is_good=tries_left > 0)
+            records = (step_test.find_steps if tries_left else step_test.cut_steps)(run, hold_s)
             disturbed = step_test.disturbed_text(records, planned, run)
             if not disturbed:
                 break

@@ -77,9 +77,19 @@ def disturbed_text(records: Sequence[StepRecord], planned: StepPlan, run: RatesR
     return f"only {len(records)} of {planned.steps} steps were recorded undisturbed ({delays(run)}); repeat the measurement."
 
 
-def cut_steps(run: RatesRun, hold: float, *, none_is_good: bool = False) -> list[StepRecord]:
-    """The parts of the record around each step away from zero that was held for the required time; raises MotionError
-    when there is none, unless that is good."""
+def cut_steps(run: RatesRun, hold: float) -> list[StepRecord]:
+    """As `find_steps`; raises MotionError when there is none."""
+    records = find_steps(run, hold)
+    if not records:
+        raise MotionError(
+            f"the axis' demand (606B) did not follow the commanded steps: {delays(run)}. Repeat with less load on the bus"
+            " and on this computer."
+        )
+    return records
+
+
+def find_steps(run: RatesRun, hold: float) -> list[StepRecord]:
+    """The parts of the record around each step away from zero that was held for the required time."""
     demand, answer = run.demand, run.answer
     change = np.abs(np.diff(demand))
     edges = [0, *(np.flatnonzero(change > 1e-5) + 1), len(demand)]
@@ -94,9 +104,4 @@ def cut_steps(run: RatesRun, hold: float, *, none_is_good: bool = False) -> list
         time_s = (np.arange(start, d) - c) * TICK_S
         name = "forward" if demand[c] > demand[a] else "backward"
         records.append((name, time_s, demand[part], answer[part], numbers))
-    if not records and not none_is_good:
-        raise MotionError(
-            f"the axis' demand (606B) did not follow the commanded steps: {delays(run)}. Repeat with less load on the bus"
-            " and on this computer."
-        )
     return records
