@@ -36,7 +36,7 @@ void print(const CheckReport& report);
 void write_junit(const CheckReport& report, const std::filesystem::path& file);
 void write_page(const CheckReport& report, const std::filesystem::path& file);
 
-// "worse: steady_speed, 0.1 deg/s, azimuth: rms_error_deg_s 0.0022 -> 0.0031 deg/s (+41 %)"
+// Returns "worse: steady_speed, 0.1 deg/s, azimuth: rms_error_deg_s 0.0022 -> 0.0031 deg/s (+41 %)"
 std::string text_of(const Change& change);
 
 }  // namespace trackservo::sim

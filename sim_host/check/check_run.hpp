@@ -33,7 +33,7 @@ struct CheckPlan {
 // Throws ConfigError for a scenario that cannot run like this, or gains that are refused.
 void refuse_impossible(const CheckPlan& plan);
 
-// The figures of run_check, in its order, without values. Throws like apply_gains.
+// Returns the figures of run_check, in its order, without values. Throws like apply_gains.
 std::vector<CheckFigure> figures_of(const CheckPlan& plan);
 
 // Throws like apply_gains.

@@ -53,7 +53,7 @@ Baseline read_baseline(const std::filesystem::path& file);
 Comparison compare(const Baseline& baseline, const std::vector<CheckFigure>& figures,
                    const std::vector<std::uint64_t>& seeds);
 
-// "better", "worse", "changed".
+// Returns "better", "worse", "changed".
 const char *change_name(ChangeKind kind);
 
 }  // namespace trackservo::sim

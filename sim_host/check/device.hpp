@@ -34,7 +34,7 @@ class CheckedDevice {
   // Switches both axes to operation enabled in cyclic synchronous velocity; false when one does not get there.
   virtual bool enable() = 0;
 
-  // The set-points of both axes for the next millisecond [rad/s].
+  // Commands the set-points of both axes for the next millisecond [rad/s].
   virtual void command(const std::array<double, kAxes>& rate_rad_s) = 0;
 
   // Torque behind the controller [Nm], held until set again. Ignored where can_disturb() is false.
@@ -51,7 +51,7 @@ class CheckedDevice {
   // Torque command of the last tick [Nm]; NaN where it cannot be observed.
   virtual double torque_command_nm(int axis) const = 0;
 
-  // Why the device no longer follows its set-points ("pitch: fault 7300h"); none while it does.
+  // Returns why the device no longer follows its set-points ("pitch: fault 7300h"); none while it does.
   virtual std::optional<std::string> failure() = 0;
 };
 

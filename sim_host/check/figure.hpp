@@ -40,16 +40,16 @@ struct CheckFigure {
 // "rms_error" and "deg/s" give "rms_error_deg_s".
 std::string name_with_unit(const std::string& metric, const std::string& unit);
 
-// The good direction of a figure, by its name with unit.
+// Returns the good direction of a figure, by its name with unit.
 Better better_of(const std::string& name);
 
-// "lower", "higher", "neither".
+// Returns "lower", "higher", "neither".
 const char *better_name(Better better);
 
-// "steady_speed, 0.1 deg/s, azimuth: rms_error_deg_s"
+// Returns "steady_speed, 0.1 deg/s, azimuth: rms_error_deg_s"
 std::string text_of(const FigureKey& key);
 
-// Mean over the seeds; NaN when one of them has no value.
+// Returns the mean over the seeds; NaN when one of them has no value.
 double mean_of(const CheckFigure& figure);
 
 }  // namespace trackservo::sim

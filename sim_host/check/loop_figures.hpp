@@ -29,7 +29,7 @@ struct LoopFigures {
   std::optional<std::string> failure;  // the loop is unstable
 };
 
-// The same figures without values.
+// Returns the same figures without values.
 std::vector<Figure> unknown_loop_figures(const LoopCase& loop_case);
 
 LoopFigures loop_figures(const PlantConfig& plant, const servo_params& params, const LoopCase& loop_case,

@@ -25,7 +25,7 @@ std::vector<JudgedFigure> judge(const std::vector<CheckFigure>& figures, const L
 
 bool all_kept(const std::vector<JudgedFigure>& judged);
 
-// "max 0.0025 deg/s"; empty without a limit.
+// Returns "max 0.0025 deg/s"; empty without a limit.
 std::string limit_text(const JudgedFigure& judged);
 
 }  // namespace trackservo::sim

@@ -61,7 +61,7 @@ constexpr double kRateBound_rad_s = 100.0;
 constexpr double kAccelerationBound_rad_s2 = 1e5;
 constexpr double kTorqueBound_nm = 1e5;
 
-// Name of a variable of an axis: azimuth.joint_angle_rad.
+// Returns the name of a variable of an axis: azimuth.joint_angle_rad.
 std::string of_axis(std::size_t axis, const char *name);
 
 }  // namespace trackservo::fmi

@@ -15,7 +15,7 @@ constexpr unsigned kFirstReference = 1;  // of the unit's first variable
 // Belongs to one version of the unit with these variables, in modelDescription.xml and library alike.
 std::string instantiation_token(const Unit& unit);
 
-// The text of modelDescription.xml.
+// Returns the text of modelDescription.xml.
 std::string model_description(const Unit& unit);
 
 }  // namespace trackservo::fmi

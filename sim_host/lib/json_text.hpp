@@ -10,7 +10,7 @@
 
 namespace trackservo {
 
-// The error of a parser in this text, with its line.
+// Returns the error of a parser in this text, with its line.
 TextFileError json_error(std::string_view text, const nlohmann::json::exception& error);
 
 // `Json`: nlohmann::json, or ordered_json. Throws TextFileError.

@@ -9,7 +9,7 @@
 
 namespace trackservo {
 
-// The anchor that a heading gets: lower case, blanks as hyphens, other signs left out.
+// Returns the anchor that a heading gets: lower case, blanks as hyphens, other signs left out.
 inline std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (const char letter : heading) {
@@ -22,7 +22,7 @@ inline std::string anchor_of(const std::string& heading) {
   return anchor;
 }
 
-// "Contents: [..](#..) · ..." in lines of at most 120 characters. `mark` surrounds each heading: "`" for code.
+// Returns "Contents: [..](#..) · ..." in lines of at most 120 characters. `mark` surrounds each heading: "`" for code.
 inline std::string contents_of(const std::vector<std::string>& headings, const std::string& mark = "") {
   constexpr std::size_t kWidth = 120;
   constexpr const char *kBetween = " ·";  // one character, two bytes

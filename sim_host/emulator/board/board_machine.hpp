@@ -57,7 +57,7 @@ class BoardMachine {
   // Current that flows through the sensor and not through the motor: a short behind it.
   void set_short_current(int axis, double current_a) { short_current_a_[static_cast<std::size_t>(axis)] = current_a; }
 
-  // The converter of a current repeats its last reading, whatever flows.
+  // Lets the converter of a current repeat its last reading, whatever flows.
   void stick_current(int axis, bool stuck) {
     const std::size_t i = static_cast<std::size_t>(axis);
     stuck_current_a_[i] = stuck ? std::optional<double>(current_a_[i]) : std::nullopt;
@@ -69,7 +69,7 @@ class BoardMachine {
   // A driver's fault output, low while active.
   void set_driver_fault(int axis, bool fault);
 
-  // The camera's strobe rises now, at PC12, and falls again at once.
+  // Raises the camera's strobe, at PC12; it falls again at once.
   void strobe() { chip_.tim5.rise(); }
 
   // A channel of STO at the board's terminals: false removes the torque. The input circuit follows a change that lasts
@@ -84,7 +84,7 @@ class BoardMachine {
     update_inputs();
   }
 
-  // What a brake's contact reports, whatever the brake does; none: intact.
+  // Sets what a brake's contact reports, whatever the brake does; none: intact.
   void stick_brake_contact(int axis, std::optional<bool> released) {
     stuck_contact_[static_cast<std::size_t>(axis)] = released;
   }

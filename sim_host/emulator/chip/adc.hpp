@@ -34,7 +34,7 @@ class Adc : public Peripheral {
  public:
   Adc(Services services, const char *name, const AdcCommon& common);
 
-  // The counts of a channel now, 0 .. 4095; it reports a violation when nothing is connected.
+  // Sets the source of a channel's counts, 0 .. 4095; it reports a violation when nothing is connected.
   void measures(std::function<std::uint32_t(unsigned channel)> source) { source_ = std::move(source); }
 
   void trigger(AdcTrigger trigger);

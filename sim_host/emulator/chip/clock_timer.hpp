@@ -28,7 +28,7 @@ class ClockTimer : public Peripheral {
                     {"CCR2", kCcr2, 0, 0, 0xFFFFFFFF}}),
         dma_mux_(dma_mux) {}
 
-  // The kernel clock's frequency, and whether the second input is connected to its pin.
+  // Sets the source of the kernel clock's frequency, and whether the second input is connected to its pin.
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
   void wired_by(std::function<bool()> pin) { pin_ = std::move(pin); }
 

@@ -43,13 +43,13 @@ class Fdcan : public Peripheral {
   // Its bit rate on the bus; nothing unless it is started, wired and not off.
   std::optional<double> bits_per_s() const;
 
-  // How often the program has started its configuration: waiting frames are lost each time.
+  // Returns how often the program has started its configuration: waiting frames are lost each time.
   int restarts() const { return restarts_; }
 
   // A frame from the bus.
   void receive(const CanMessage& message);
 
-  // Number of frames that the filters have passed.
+  // Returns the number of frames that the filters have passed.
   int accepted() const { return accepted_; }
 
   // Its next frame to send; call `sent` when the bus has accepted it.

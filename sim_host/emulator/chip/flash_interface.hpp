@@ -42,7 +42,7 @@ class FlashInterface : public Peripheral {
   }
   bool has_ram_parity() const { return (options_ & kNoRamParity) == 0; }
 
-  // The program stores to an address of the flash.
+  // Takes what the program stores to an address of the flash.
   void program(std::uint32_t address, std::uint32_t value, unsigned width);
 
   // Until it is programmed or erased, the double word at this offset of the flash has one wrong bit, which the ECC
@@ -56,7 +56,7 @@ class FlashInterface : public Peripheral {
   // The program reads from the parameter pages; sets the flags and the NMI. Returns whether the data are right.
   bool check(std::uint32_t offset);
 
-  // The next erase or program operations end halfway: the supply fails. Counts down to 0; negative: never.
+  // Ends the next erase or program operations halfway: the supply fails. Counts down to 0; negative: never.
   void fail_supply_in(int operations, std::function<void()> power_off) {
     operations_left_ = operations;
     power_off_ = std::move(power_off);

@@ -24,7 +24,7 @@ class Gpio : public Peripheral {
   bool drives_high(unsigned pin) const { return mode(pin) == Mode::kOutput && (reg(0x14) >> pin & 1U) != 0; }
   bool drives_low(unsigned pin) const { return mode(pin) == Mode::kOutput && (reg(0x14) >> pin & 1U) == 0; }
 
-  // The external level of a pin.
+  // Sets the external level of a pin.
   void set_input(unsigned pin, bool level) {
     inputs_ = (inputs_ & ~(1U << pin)) | (level ? 1U << pin : 0U);
     changed();

@@ -36,7 +36,7 @@ class Spi : public Peripheral {
 
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
   void connect(SpiDevice *device) { device_ = device; }
-  // Whether clock and data pins are connected to this peripheral.
+  // Sets whether clock and data pins are connected to this peripheral.
   void wired_by(std::function<bool()> clock, std::function<bool()> data) {
     clock_pin_ = std::move(clock);
     data_pin_ = std::move(data);

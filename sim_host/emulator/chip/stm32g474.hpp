@@ -64,7 +64,7 @@ class Stm32g474 {
   // Runs for this long, resets included. `reset_happened` returns the cause.
   void run(Instant duration);
   void request_reset(ResetCause cause);
-  // The flags of a power-on, but RAM keeps its contents.
+  // Sets the flags of a power-on, but RAM keeps its contents.
   void request_brown_out();
   // Counts resets other than the first power-on.
   int resets() const { return resets_; }
@@ -75,7 +75,7 @@ class Stm32g474 {
   // may be CortexM4::kParityBit.
   void flip_ram_bit(std::uint32_t address, unsigned bit);
 
-  // The parameter pages, as a programmer reads and writes them.
+  // Returns the parameter pages, as a programmer reads and writes them.
   std::uint8_t *parameter_bytes() { return flash_bytes_.data() + kParameterOffset; }
 
   Gpio& port(char name) { return *ports_[static_cast<std::size_t>(name - 'A')]; }

@@ -25,7 +25,7 @@ class Syscfg : public Peripheral {
                     {"CFGR2", kCfgr2, 0, 0x10F},
                     {"SWPR", kSwpr, 0, 0xFFFFFFFF}}) {}
 
-  // The RAM found a word whose parity is wrong.
+  // Notes that the RAM found a word whose parity is wrong.
   void find_parity_error() {
     reg(kCfgr2) |= kParityFlag;
     exceptions().pend(kNmi);
@@ -36,7 +36,7 @@ class Syscfg : public Peripheral {
     changed();
   }
 
-  // What the timers see at their break inputs.
+  // Returns what the timers see at their break inputs.
   bool breaks_timers() const {
     const std::uint32_t cfgr2 = reg(kCfgr2);
     return (locked_up_ && (cfgr2 & 1U) != 0) || ((cfgr2 & kParityFlag) != 0 && (cfgr2 & 2U) != 0);

@@ -23,7 +23,7 @@ class Timer : public Peripheral {
 
   Timer(Services services, const char *name, Interrupts interrupts, bool advanced);
 
-  // The kernel clock's period, read when the counter starts.
+  // Sets the source of the kernel clock's period, read when the counter starts.
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
 
   // Called when the first or second trigger output pulses.
@@ -33,17 +33,17 @@ class Timer : public Peripheral {
   void on_enable(std::function<void()> listener) { enabled_ = std::move(listener); }
   void started_by_master();
 
-  // The level at the break input; low is a fault when BKP is 0.
+  // Sets the level at the break input; low is a fault when BKP is 0.
   void set_break_input(bool level);
 
-  // The level at the second break input; low is a fault when BK2P is 0.
+  // Sets the level at the second break input; low is a fault when BK2P is 0.
   void set_second_break_input(bool level);
 
   // A fault of the system (parity of the RAM, lock-up) at the break input; no polarity, no filter.
   void set_system_break(bool active);
 
-  // Mean of leg 0 or 1 (channels 1 and 2) over the time since the last call: share of the period for which its high
-  // side conducts; nothing for a leg that is or was not driven all the time.
+  // Returns the mean of leg 0 or 1 (channels 1 and 2) over the time since the last call: share of the period for which
+  // its high side conducts; nothing for a leg that is or was not driven all the time.
   std::array<std::optional<double>, kLegs> take_mean_legs();
 
   // Centre-aligned and in the half of the period around counter 0, where high sides conduct.
@@ -61,7 +61,7 @@ class Timer : public Peripheral {
   // No more edges; for a missing tick.
   void stall() { timeline().cancel(edge_); }
 
-  // The next edge and all later ones are delayed by `delay`; for a misplaced tick.
+  // Delays the next edge and all later ones by `delay`; for a misplaced tick.
   void slip(Instant delay);
 
  protected:

@@ -86,7 +86,7 @@ class CortexM4 {
 
   void map(const Memory& memory);
 
-  // The bus answers for `size` bytes from `base` on.
+  // Lets the bus answer for `size` bytes from `base` on.
   void map_bus(std::uint32_t base, std::uint32_t size);
 
   // As after a reset: stack pointer and start address from the vector table at 0.
@@ -121,7 +121,7 @@ class CortexM4 {
   // it.
   void stick(std::uint32_t address, unsigned bit, bool value);
 
-  // Whether the program may write there; a store that may not is a bus error.
+  // Sets whether the program may write there; a store that may not is a bus error.
   void allow_writes(std::uint32_t address, std::uint32_t size, bool allowed);
 
   // One bit of a word changes; kParityBit leaves the word as it is. If `found` is given, each later read of the word,
@@ -135,8 +135,8 @@ class CortexM4 {
   // Called when the core locks up.
   void on_lock_up(std::function<void()> listener) { lock_up_listener_ = std::move(listener); }
 
-  // The stack pointer from the next time on in which no handler runs, as if calls had nested so deep; running code has
-  // its variables there.
+  // Sets the stack pointer from the next time on in which no handler runs, as if calls had nested so deep; running
+  // code has its variables there.
   void sink_stack_to(std::uint32_t address) { sunken_stack_ = address; }
 
   // Memory as the program reads it; nothing outside RAM and flash.

@@ -59,13 +59,13 @@ class Exceptions {
   void raise_line(int interrupt);
   void lower_line(int interrupt);
 
-  // The exception that would run next, or kThread.
+  // Returns the exception that would run next, or kThread.
   int next() const { return next_; }
 
   // An exception waits that active exceptions alone would allow.
   bool wants_attention() const { return attention_; }
 
-  // The same under the masks; BASEPRI 0 masks nothing.
+  // Returns the same under the masks; BASEPRI 0 masks nothing.
   bool can_run(int exception, bool primask, bool faultmask, std::uint8_t basepri) const;
 
   int execution_priority(bool primask, bool faultmask, std::uint8_t basepri) const;

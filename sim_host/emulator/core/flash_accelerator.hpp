@@ -60,7 +60,7 @@ class FlashAccelerator {
   static constexpr std::uint32_t kEmpty = UINT32_MAX;
   static constexpr std::uint8_t kHead = kLines;
 
-  // Whether the line is in the cache; afterwards it is. `where_` has its last slot.
+  // Returns whether the line is in the cache; afterwards it is. `where_` has its last slot.
   bool holds(std::uint32_t line) {
     std::uint8_t& slot = where_[line % kFlashLines];
     const bool hit = tags_[slot] == line;

@@ -48,13 +48,13 @@ class Peripheral {
   std::uint32_t bus_read(std::uint32_t offset, unsigned width);
   void bus_write(std::uint32_t offset, std::uint32_t value, unsigned width);
 
-  // The stored value, for tests: without side effects, 0 where there is no register.
+  // Returns the stored value, for tests: without side effects, 0 where there is no register.
   std::uint32_t peek(std::uint32_t offset) const {
     const std::uint16_t found = find(offset);
     return found == kNone ? 0 : values_[found];
   }
 
-  // Which bits of a register the program may write.
+  // Returns which bits of a register the program may write.
   std::uint32_t writable(std::uint32_t offset) const {
     const std::uint16_t found = find(offset);
     return found == kNone ? 0 : table_[found].writable;
@@ -63,7 +63,7 @@ class Peripheral {
   // All registers to their reset values, then on_reset().
   void reset();
 
-  // Whether its clock runs; without one it always does.
+  // Sets what tells whether its clock runs; without it, it always does.
   void clocked_by(std::function<bool()> clock) { clock_ = std::move(clock); }
 
  protected:
@@ -76,7 +76,7 @@ class Peripheral {
 
   virtual void on_reset() {}
 
-  // The register's value, for the peripheral itself.
+  // Returns the register's value, for the peripheral itself.
   std::uint32_t& reg(std::uint32_t offset) { return values_[index_[offset / 4]]; }
   std::uint32_t reg(std::uint32_t offset) const { return values_[index_[offset / 4]]; }
 

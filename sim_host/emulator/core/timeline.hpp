@@ -57,7 +57,8 @@ class Timeline {
   Instant next_due() const { return next_due_; }
   void advance(Instant duration) { now_ += duration; }
 
-  // The set time of the running alarm, otherwise now(): later times are computed from here, so that nothing drifts.
+  // Returns the set time of the running alarm, otherwise now(): later times are computed from here, so that nothing
+  // drifts.
   Instant instant() const { return running_ ? due_now_ : now_; }
 
   // Runs everything that is due, earliest first.

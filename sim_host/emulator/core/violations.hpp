@@ -15,8 +15,8 @@ namespace trackservo::target {
 
 class Violations {
  public:
-  // The same sentence counts once. `block_address()` is the address of the program, rounded to the start of its basic
-  // block.
+  // Adds a sentence; the same one counts once. `block_address()` is the address of the program, rounded to the start of
+  // its basic block.
   void add(const std::string& sentence) {
     if (std::none_of(list_.begin(), list_.end(),
                      [&](const std::string& known) { return known.rfind(sentence + " [", 0) == 0; }) &&

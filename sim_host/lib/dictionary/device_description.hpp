@@ -40,18 +40,18 @@ SortedObjects sorted_objects(const object_dictionary& dictionary);
 // With the part's prefix.
 std::string full_name(const od_object& object);
 
-// "const", "ro", "wo" or "rw".
+// Returns "const", "ro", "wo" or "rw".
 const char *access_name(const od_entry& entry);
 
 bool is_signed(const od_entry& entry);
 
 std::string print_eds(const object_dictionary& dictionary, const DeviceInfo& info);
 
-// The default PDOs of a node with this id as messages and signals in SI units, for tools that read DBC files. Torques
-// are scaled with the default of 6076. Throws std::runtime_error when a name is too long for the format.
+// Returns the default PDOs of a node with this id as messages and signals in SI units, for tools that read DBC files.
+// Torques are scaled with the default of 6076. Throws std::runtime_error when a name is too long for the format.
 std::string print_dbc(const object_dictionary& dictionary, const DeviceInfo& info, std::uint8_t node_id);
 
-// The page docs/can-objects.md: a table per group of objects.
+// Returns the page docs/can-objects.md: a table per group of objects.
 std::string print_can_reference(const object_dictionary& dictionary, const DeviceInfo& info);
 
 // A value as JSON; a REAL32 as the shortest decimal that is this float.
@@ -65,10 +65,10 @@ nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, 
 // object.
 std::string print_by_rows(const nlohmann::ordered_json& document);
 
-// The defaults that the list of parameters gives: what a design starts from.
+// Returns the defaults that the list of parameters gives: what a design starts from.
 axis_parameters listed_defaults();
 
-// The file firmware/products/brushed_tracker/default_parameters.c: what a board starts with.
+// Returns the file firmware/products/brushed_tracker/default_parameters.c: what a board starts with.
 std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
                                      const std::array<protection_limits, SERVO_AXES>& limits);
 

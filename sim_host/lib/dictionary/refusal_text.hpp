@@ -16,19 +16,20 @@ extern "C" {
 
 namespace trackservo::dictionary {
 
-// "2020:4 Observer bandwidth is 5000 rad/s; give 0.01 .. 1000", for the caller to end. Where another value sets the
-// limit, its name and value follow. `parameters` are those that were refused; `axis_shift` AXIS_INDEX_SHIFT names
+// Returns "2020:4 Observer bandwidth is 5000 rad/s; give 0.01 .. 1000", for the caller to end. Where another value sets
+// the limit, its name and value follow. `parameters` are those that were refused; `axis_shift` AXIS_INDEX_SHIFT names
 // pitch's objects.
 std::string refusal_text(const parameter_refusal& refusal, const axis_parameters& parameters, unsigned axis_shift = 0);
 
-// The sentence for the first value that is wrong; none when the firmware takes the set.
+// Returns the sentence for the first value that is wrong; none when the firmware takes the set.
 std::optional<std::string> refusal_of(const axis_parameters& parameters);
 std::optional<std::string> refusal_of(const protection_limits& limits);
 
-// The same as a reason, where other advice follows: "2020:5 Observer limit is 16000 N m, not within 0 .. 10000".
+// Returns the same as a reason, where other advice follows: "2020:5 Observer limit is 16000 N m, not within 0 ..
+// 10000".
 std::string refusal_reason(const axis_parameters& parameters);
 
-// What a node does not start with: the gains or limits of an axis, else its place on the bus.
+// Returns what a node does not start with: the gains or limits of an axis, else its place on the bus.
 std::string refusal_of(const std::array<axis_parameters, SERVO_AXES>& parameters,
                        const std::array<protection_limits, SERVO_AXES>& limits);
 

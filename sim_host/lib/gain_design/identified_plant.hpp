@@ -47,8 +47,8 @@ struct IdentifiedPlant {
   SensorNoise noise() const { return {encoder.noise_rad, gyro.noise_rad_s}; }
 };
 
-// The linear machine of an axis: sliding beyond the Stribeck effect in the direction with less viscous friction, or in
-// pre-sliding, where the bristles are a spring. The current loop comes from the device's parameters.
+// Returns the linear machine of an axis: sliding beyond the Stribeck effect in the direction with less viscous
+// friction, or in pre-sliding, where the bristles are a spring. The current loop comes from the device's parameters.
 LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_rad_s, bool pre_sliding);
 
 // Operating points for which a speed loop must be good: sliding, pre-sliding, and with resonances both again with all

@@ -27,7 +27,7 @@ struct InputFile {
 // Throws InputFileError when it cannot be read or holds no JSON object.
 InputFile load_input_file(const std::string& path);
 
-// The same for a text; `name` replaces the file in messages.
+// Returns the same for a text; `name` replaces the file in messages.
 InputFile parse_input_file(std::string name, std::string_view text);
 
 }  // namespace trackservo::gain_design

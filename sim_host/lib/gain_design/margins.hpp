@@ -26,7 +26,7 @@ struct MinMargins {
 // Margins by linear interpolation between the given points; infinite where there is no crossing.
 Margins margins_of(const FrequencyResponse& response);
 
-// The first machine's margins, with the smallest gain and phase margin of all of them.
+// Returns the first machine's margins, with the smallest gain and phase margin of all of them.
 Margins worst_margins(const std::vector<LinearMachine>& machines, const speed_loop_params& loop);
 
 bool keeps_margins(const Margins& margins, const MinMargins& least = {});

@@ -9,7 +9,7 @@
 
 namespace trackservo::gain_design {
 
-// The mode that exceeds a loop gain falling with 1/f the most; nullptr when there is none.
+// Returns the mode that exceeds a loop gain falling with 1/f the most; nullptr when there is none.
 const StructuralMode *dominant_mode(const std::vector<StructuralMode>& modes);
 
 // Object 0x2040:1 to 3.

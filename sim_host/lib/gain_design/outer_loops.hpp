@@ -24,7 +24,7 @@ struct OuterLoop {
   double delay_s = 0.0;
 };
 
-// The smallest margins over the machines, whose speed loop is closed with its own set-point weight.
+// Returns the smallest margins over the machines, whose speed loop is closed with its own set-point weight.
 Margins outer_margins(const std::vector<LinearMachine>& machines, const speed_loop_params& speed_loop,
                       const OuterLoop& outer);
 

@@ -16,7 +16,7 @@ namespace trackservo::gain_design {
 void design_speed_loop(const IdentifiedPlant& plant, const GainRequirements& requirements,
                        const SpeedLoopDemand& demand, axis_parameters& parameters, std::vector<std::string>& notes);
 
-// The device's filters and loops for the parameters. Throws GainDesignError when the firmware refuses them.
+// Returns the device's filters and loops for the parameters. Throws GainDesignError when the firmware refuses them.
 servo_axis_params built(const axis_parameters& parameters);
 
 }  // namespace trackservo::gain_design

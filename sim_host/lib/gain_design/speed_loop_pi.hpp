@@ -13,26 +13,26 @@ struct PiRequirement {
   double setpoint_weight;
 };
 
-// The firmware's parameters for it; the integral leaves a limit at the rate ki / kp.
+// Returns the firmware's parameters for it; the integral leaves a limit at the rate ki / kp.
 pi_controller_params pi_params(const PiRequirement& requirement, double inertia_kg_m2);
 
 // Into the device's parameters, object 0x2000.
 void set_pi(axis_parameters& parameters, const pi_controller_params& pi);
 
-// The natural frequency at which the closed loop with PI alone and set-point weight 1 is at -3 dB at the bandwidth,
-// delays included [rad/s]. Sensors and filters are those of `loop`. At most 2 pi times the bandwidth: above that,
-// delays make the loop oscillate before it gets so fast.
+// Returns the natural frequency at which the closed loop with PI alone and set-point weight 1 is at -3 dB at the
+// bandwidth, delays included [rad/s]. Sensors and filters are those of `loop`. At most 2 pi times the bandwidth: above
+// that, delays make the loop oscillate before it gets so fast.
 double natural_frequency_rad_s(const LinearMachine& sliding, const speed_loop_params& loop, double bandwidth_hz,
                                double damping);
 
-// The loop with its PI's natural frequency and its observer's bandwidth scaled by these shares.
+// Returns the loop with its PI's natural frequency and its observer's bandwidth scaled by these shares.
 speed_loop_params lowered(speed_loop_params loop, double pi_share, double observer_share);
 
-// The loop as the firmware runs it where the motor turns this share of the inertia that it is designed for
+// Returns the loop as the firmware runs it where the motor turns this share of the inertia that it is designed for
 // (speed_loop_follow).
 speed_loop_params followed(speed_loop_params loop, float share);
 
-// The loop without its observer.
+// Returns the loop without its observer.
 speed_loop_params pi_alone(speed_loop_params loop);
 
 }  // namespace trackservo::gain_design

@@ -42,8 +42,8 @@ class SpeedLoopSearch {
   SpeedLoopSearch(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopRequirement& requirement)
       : demand_(demand), loop_(loop), requirement_(requirement) {}
 
-  // The required values if they are good, otherwise lowered: the observer first, then both. Nothing when no pair down
-  // to a hundredth is good.
+  // Returns the required values if they are good, otherwise lowered: the observer first, then both. Nothing when no
+  // pair down to a hundredth is good.
   std::optional<SpeedLoopPair> best();
 
   // A pair was good except for its torque noise: a low-pass may help.
@@ -51,7 +51,7 @@ class SpeedLoopSearch {
 
   SpeedLoopVerdict judge(const SpeedLoopPair& pair) const;
 
-  // The slowest pair that is tried.
+  // Returns the slowest pair that is tried.
   SpeedLoopPair slowest() const;
 
  private:

@@ -34,7 +34,7 @@ struct JointFit {
   double deviation(Eigen::Index parameter) const;
 };
 
-// The parameter vector that the paper's method gives.
+// Returns the parameter vector that the paper's method gives.
 Eigen::VectorXd start_parameters(const TorqueBalance& balance, const PaperEstimate& estimate);
 
 // Fits from the best of several starts (they differ in the parameters that have local minima). Harmonics of the motor

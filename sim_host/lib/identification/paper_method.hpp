@@ -23,7 +23,7 @@ extern const double kPaperDampingRatio;
 double paper_damping_nm_s_rad(double inertia_kg_m2, double stiffness_nm_rad, double viscous_nm_s_rad,
                               double damping_ratio);
 
-// The inverse: the damping ratio of pre-sliding, eq. (14).
+// Returns the inverse: the damping ratio of pre-sliding, eq. (14).
 double presliding_damping_ratio(double inertia_kg_m2, double stiffness_nm_rad, double damping_nm_s_rad,
                                 double viscous_nm_s_rad);
 

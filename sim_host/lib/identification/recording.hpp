@@ -18,7 +18,7 @@ namespace trackservo::identification {
 
 enum class RunKind { kSpeedSweep = 1, kTorqueRamps, kHysteresis, kTorqueExcitation, kBreakaway };
 
-// Name of a kind in messages, with its number in the file.
+// Returns the name of a kind in messages, with its number in the file.
 const char *run_kind_name(RunKind kind);
 
 struct Recording {

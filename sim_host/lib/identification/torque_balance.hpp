@@ -107,7 +107,7 @@ class TorqueBalance {
   std::vector<std::array<double, PositionTerms::kMax>> terms_;  // by tick
 };
 
-// The friction for a parameter vector.
+// Returns the friction for a parameter vector.
 Friction friction_of(const Eigen::VectorXd& parameters);
 
 }  // namespace trackservo::identification

@@ -31,8 +31,8 @@ constexpr double kArrivalDwell_s = 0.1;
 // window ends before the dwell; NaN for a step of 0.
 double time_to_90_percent_s(const Trace& trace, int axis, Window window, double step_rad_s);
 
-// How far the true rate exceeds `step_rad_s` in its direction, as a fraction of it; 0 when it never does, NaN for a
-// step of 0.
+// Returns how far the true rate exceeds `step_rad_s` in its direction, as a fraction of it; 0 when it never does, NaN
+// for a step of 0.
 double overshoot_fraction(const Trace& trace, int axis, Window window, double step_rad_s);
 
 // Standard deviation of the line-of-sight error [rad].

@@ -14,10 +14,10 @@ double mean(const std::vector<double>& values);
 // With n - 1 in the denominator; 0 for a single value.
 double standard_deviation(const std::vector<double>& values);
 
-// The middle value; between the middle two when their number is even.
+// Returns the middle value; between the middle two when their number is even.
 double median(std::vector<double> values);
 
-// The quantile for `share` (0 .. 1), linear between neighbours: 0 gives the smallest value, 1 the largest.
+// Returns the quantile for `share` (0 .. 1), linear between neighbours: 0 gives the smallest value, 1 the largest.
 double quantile(std::vector<double> values, double share);
 
 // Pearson's coefficient of two lists of equal length, at least two values; 0 when one of them does not vary.

@@ -48,7 +48,7 @@ constexpr double kAfter_s = 1.0;   // and then none, while their effects last
 // Equal seeds give equal runs, bit by bit. With a log, every frame and every event of the axes is in it.
 AttackResult run_attack(const AttackBench& bench, std::uint64_t seed, EventLog *log = nullptr);
 
-// What an attack did, in one line: "azimuth reaches an end stop at 12.0 deg/s after 1.234 s".
+// Returns what an attack did, in one line: "azimuth reaches an end stop at 12.0 deg/s after 1.234 s".
 std::string describe(const Harm& harm, bool answers);
 
 // Says in a log what the axes do: power states, faults, contacts with end stops.

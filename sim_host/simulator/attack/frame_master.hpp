@@ -48,7 +48,7 @@ class FrameMaster {
   // Waits until the earlier writes are answered. Returns false when too many wait; the write is dropped then.
   bool write(const SdoWrite& write);
 
-  // The writes so that RPDO `number` (1 to 4) takes the camera's frames.
+  // Writes the mapping with which RPDO `number` (1 to 4) takes the camera's frames.
   void map_camera(int number, std::uint32_t cob_id);
 
   // Sends a frame at once, if the node hears it.

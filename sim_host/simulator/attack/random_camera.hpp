@@ -35,7 +35,7 @@ class RandomCamera {
   // Likewise, but it leads the axes, and is seen for so long at least.
   void begin_to_lead(double time_s, double seen_s);
 
-  // The rate at which targets lead an axis.
+  // Sets the rate at which targets lead an axis.
   void lead(int axis, double rate_rad_s) { lead_rad_s_[static_cast<std::size_t>(axis)] = rate_rad_s; }
 
   bool has_begun() const { return camera_.has_value(); }

@@ -184,7 +184,7 @@ std::vector<KeyText> texts_of(const Keys<Owner>& keys) {
 std::string sections_markdown(const std::string& title, const std::string& opening,
                               const std::vector<Section>& sections);
 
-// "0.1 .. 20 A", "one of `a`, `b`", ...: the allowed values.
+// Returns "0.1 .. 20 A", "one of `a`, `b`", ...: the allowed values.
 std::string allowed_text(const KeyText& key);
 
 }  // namespace trackservo::sim

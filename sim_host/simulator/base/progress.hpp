@@ -13,7 +13,7 @@
 
 namespace trackservo::sim {
 
-// "45 s", "3 min 20 s", "2 h 05 min"; rounded to the precision of an estimate.
+// Returns "45 s", "3 min 20 s", "2 h 05 min"; rounded to the precision of an estimate.
 std::string duration_words(double seconds);
 
 class ProgressPrinter {

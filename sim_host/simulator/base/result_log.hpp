@@ -29,7 +29,7 @@ struct ResultLogLines {
   int cut_off = 0;    // number of the line that a killed process has left unfinished; 0: none
 };
 
-// The text of a file or pipe, in any form that read_text() takes. Throws std::runtime_error with file and line.
+// Returns the text of a file or pipe, in any form that read_text() takes. Throws std::runtime_error with file and line.
 std::string read_log_text(const std::filesystem::path& file);
 
 // Reads the complete lines of `text`, which is that of `file`; empty lines count as none. Throws std::runtime_error

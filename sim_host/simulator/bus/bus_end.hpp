@@ -23,7 +23,7 @@ class BusEnd {
   // Moves everything that can be moved without waiting.
   virtual void pump() = 0;
 
-  // The events to wait for before the next pump.
+  // Adds the events to wait for before the next pump.
   virtual void add_to_poll(std::vector<pollfd>& descriptors) const = 0;
 
   // A client has left so many frames unread that more would soon be lost.

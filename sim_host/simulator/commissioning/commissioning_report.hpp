@@ -13,7 +13,7 @@ namespace trackservo::sim {
 // A table to the standard output: true, found, interval.
 void print(const PlantConfig& plant, const Commissioned& commissioned);
 
-// The contents of result.json: what was identified, as every tool of ours reads it.
+// Returns the contents of result.json: what was identified, as every tool of ours reads it.
 nlohmann::ordered_json result_of(const Commissioned& commissioned);
 
 // result.json and residuals.csv, as servoctl identify writes them. Creates the folder. Throws std::runtime_error that

@@ -210,10 +210,11 @@ struct PlantConfig {
 // Reads and checks a plant file. Throws ConfigError, also when the file cannot be read.
 PlantConfig load_plant(const std::filesystem::path& path);
 
-// The same for a text; `name` is the plant's, and replaces the file in error messages.
+// Returns the same for a text; `name` is the plant's, and replaces the file in error messages.
 PlantConfig parse_plant(const std::string& name, std::string_view text);
 
-// The reference page of all plant keys: one markdown table per section, printed from the table that also checks them.
+// Returns the reference page of all plant keys: one markdown table per section, printed from the table that also checks
+// them.
 std::string plant_keys_markdown();
 
 // Inertia that the axis' motor turns at a pitch angle [kg m2]: J0 + J1 cos^2(pitch) for azimuth.

@@ -23,10 +23,11 @@ class SourceLines {
 
   const std::string& file() const { return file_; }
 
-  // "file:line", line of the key with this dotted name; of its table if the key is absent; 1 if that is absent too.
+  // Returns "file:line", line of the key with this dotted name; of its table if the key is absent; 1 if that is absent
+  // too.
   std::string place(const std::string& dotted_key) const;
 
-  // "file:line: key: reason, remedy"
+  // Returns "file:line: key: reason, remedy"
   ConfigError error(const std::string& dotted_key, const std::string& reason, const std::string& remedy) const;
 
  private:

@@ -63,7 +63,7 @@ class TomlReader {
     refuse_unknown(table, more);
   }
 
-  // The lines of all keys and tables of the file.
+  // Returns the lines of all keys and tables of the file.
   const SourceLines& lines() const { return lines_; }
 
   // Throws ConfigError at the line of the key (of its table, if the key is absent).
@@ -71,7 +71,7 @@ class TomlReader {
                          const std::string& remedy) const;
 
  private:
-  // The key's checked value or its default; nothing when it is absent and optional.
+  // Returns the key's checked value or its default; nothing when it is absent and optional.
   std::optional<Value> value(const TomlTable& table, const KeyText& key) const;
   double checked_number(const TomlTable& table, const KeyText& key, const toml::node& node) const;
   std::string checked_text(const TomlTable& table, const KeyText& key, const toml::node& node) const;

@@ -27,17 +27,17 @@ using gain_design::margins_of;
 // Margins that every controller variant must keep, computed with the tick's delay.
 constexpr gain_design::MinMargins kMinMargins;
 
-// The linear machine of one axis for computed margins: sliding, or in pre-sliding.
+// Returns the linear machine of one axis for computed margins: sliding, or in pre-sliding.
 LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_sliding);
 
-// The smaller one of the margins sliding and in pre-sliding.
+// Returns the smaller one of the margins sliding and in pre-sliding.
 Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);
 
-// The smallest inertia that the axis' motor turns within the pitch travel [kg m2].
+// Returns the smallest inertia that the axis' motor turns within the pitch travel [kg m2].
 double min_inertia_kg_m2(const PlantConfig& plant, int axis);
 
-// The loop as the firmware runs it at a pitch angle: the azimuth's gains follow the inertia (speed_loop_follow), which
-// the device knows from 2056:1 and 2056:2.
+// Returns the loop as the firmware runs it at a pitch angle: the azimuth's gains follow the inertia
+// (speed_loop_follow), which the device knows from 2056:1 and 2056:2.
 speed_loop_params loop_at_pitch(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop,
                                 double pitch_rad);
 

@@ -34,11 +34,11 @@ using IsPossible = std::function<bool(const PlantConfig&)>;
 // Those that need the least change, the least first; at most three of the machine and one requirement. Some 100 ms.
 std::vector<Remedy> plant_remedies(const PlantConfig& plant, int axis, const IsPossible& is_possible);
 
-// "azimuth.inertia_kg_m2 (now 0.001) 0.47 to 1260", or "at least 0.47" where the other end was not found.
+// Returns "azimuth.inertia_kg_m2 (now 0.001) 0.47 to 1260", or "at least 0.47" where the other end was not found.
 std::string other_text(const Remedy& remedy);
 
-// The design error at the line of the number that has to change least, with the values that would work. Without a
-// remedy the error is at the axis' table. `more` is appended.
+// Returns the design error at the line of the number that has to change least, with the values that would work. Without
+// a remedy the error is at the axis' table. `more` is appended.
 ConfigError design_error(const PlantConfig& plant, int axis, const std::string& reason, const IsPossible& is_possible,
                          const std::string& more = "");
 

@@ -26,7 +26,7 @@ class CanClient {
 
   void pass(int milliseconds);
 
-  // The node that it talks to; initially 1.
+  // Sets the node that it talks to; initially 1.
   void set_node(std::uint8_t node_id) { node_ = node_id; }
 
   // Without one it understands every bit rate.

@@ -30,7 +30,7 @@ class Device {
   // Answers what has arrived, between two ticks; a device with processor time of its own does this in tick().
   virtual void answer() {}
 
-  // Whether its ticks advance the time on the bus, too. Others' bus is advanced by its owner.
+  // Returns whether its ticks advance the time on the bus, too. Others' bus is advanced by its owner.
   virtual bool drives_bus() const { return false; }
 
   // Passes 1 ms as a master sees it: time on the bus with the answers in it, then the tick.

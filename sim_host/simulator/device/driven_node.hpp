@@ -19,7 +19,7 @@ class DrivenNode {
   // Writes an object of the axis (azimuth's index for both). Throws std::runtime_error when it is refused.
   void write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value);
 
-  // The same for a REAL32.
+  // Does the same for a REAL32.
   void write_real(int axis, std::uint16_t index, std::uint8_t sub, double value);
 
   // Opens the lock of dangerous parameters (0x3040), for a minute.
@@ -30,11 +30,11 @@ class DrivenNode {
   void enable(std::int8_t mode) { enable(std::array<std::int8_t, kAxes>{mode, mode}); }
   void enable(const std::array<std::int8_t, kAxes>& modes);
 
-  // The set-point of cyclic synchronous velocity.
+  // Writes the set-point of cyclic synchronous velocity.
   void set_rate(int axis, double rate_rad_s);
 
-  // The set-point of the next tick in cyclic synchronous velocity or position: the position continues from that at the
-  // time of enabling.
+  // Writes the set-point of the next tick in cyclic synchronous velocity or position: the position continues from that
+  // at the time of enabling.
   void move(int axis, double rate_rad_s);
 
   // A frame from the bus, as in the receive interrupt.
@@ -44,7 +44,7 @@ class DrivenNode {
   void fall_silent() { speaks_ = false; }
   void speak_again() { speaks_ = true; }
 
-  // The controller restarts with empty memory, as after a power cycle; the machine stays where it is.
+  // Restarts the controller with empty memory, as after a power cycle; the machine stays where it is.
   void restart() { simulated_.restart(); }
 
   // Runs one tick. The master speaks to the node in each, until it falls silent.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The firmware's node and the simulated machine that it runs. No other file of the simulator starts a node.
+// The firmware's node and the simulated machine that it runs.
 #ifndef TRACKSERVO_SIM_DEVICE_SIMULATED_NODE_HPP
 #define TRACKSERVO_SIM_DEVICE_SIMULATED_NODE_HPP
 

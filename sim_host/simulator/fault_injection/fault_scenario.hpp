@@ -36,7 +36,7 @@ struct FaultScenario {
 // Throws ConfigError with file, line, key, reason and remedy.
 FaultScenario load_fault_scenario(const std::filesystem::path& path);
 
-// The events of the run, one line each.
+// Returns the events of the run, one line each.
 std::string run_fault_scenario(const PlantConfig& plant, const FaultScenario& scenario);
 
 }  // namespace trackservo::sim

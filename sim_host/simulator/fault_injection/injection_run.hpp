@@ -47,8 +47,8 @@ struct InjectionRunResult {
 
 InjectionRunResult run_injection_run(const NodeSetup& setup, const InjectionRunSetup& injection_run);
 
-// The documented braking distance [rad]: from a speed to standstill in calm air. A gust of three standard deviations
-// turns an axis of the tracker plant that is off: 11 Nm against 9 of friction.
+// Returns the documented braking distance [rad]: from a speed to standstill in calm air. A gust of three standard
+// deviations turns an axis of the tracker plant that is off: 11 Nm against 9 of friction.
 double promised_travel_rad(fault_reaction reaction, double speed_rad_s);
 
 // And the increase of the joint's speed above its actual and commanded speed before the reaction takes effect [rad/s].

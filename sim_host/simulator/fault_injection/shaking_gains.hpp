@@ -44,7 +44,7 @@ struct ShakingRun {
 // check. A fast axis has less time, because its path must fit into the travel.
 ShakingRun shake(const NodeSetup& setup, int axis, const axis_parameters& gains, double rate_deg_s, std::uint64_t seed);
 
-// What a run that shakes violates; empty: nothing.
+// Returns what a run that shakes violates; empty: nothing.
 std::string shaking_problem(const ShakingRun& run, double rate_deg_s);
 
 struct ShakingOptions {

@@ -16,7 +16,7 @@
 
 namespace trackservo::sim {
 
-// The sines of a band; `index` distinguishes bands with the same seed.
+// Returns the sines of a band; `index` distinguishes bands with the same seed.
 std::vector<BaseMotionLine> lines_of(const BaseSpectrum& band, int index);
 
 // All sines of a plant's base: those that are stated, then those of its spectra.

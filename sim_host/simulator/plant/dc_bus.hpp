@@ -21,8 +21,8 @@ class DcBus {
  public:
   DcBus(const SupplyConfig& config, double dt_s) : config_(config), dt_s_(dt_s), voltage_v_(config.voltage_v) {}
 
-  // The share of the capacitance that an old capacitor has left. A larger share than before is a new capacitor, which
-  // the supply has charged.
+  // Sets the share of the capacitance that an old capacitor has left. A larger share than before is a new capacitor,
+  // which the supply has charged.
   void age_capacitor(double share) {
     if (share > share_) {
       settle(0.0);

@@ -48,8 +48,8 @@ class MotorLanes {
   // dead time. Returns the mean torque [Nm].
   Real step(Real voltage_v, Real joint_rate_rad_s, Real joint_angle_rad, double supply_v);
 
-  // The bridge opens the terminals: its diodes conduct the remaining current against the supply until it is zero. A
-  // back-EMF above the supply, which would let current flow again, is not modelled.
+  // Opens the terminals of the bridge: its diodes conduct the remaining current against the supply until it is
+  // zero. A back-EMF above the supply, which would let current flow again, is not modelled.
   void open_terminals(bool open, std::size_t i = 0) { open_[i] = open; }
   bool is_open(std::size_t i = 0) const { return open_[i]; }
 

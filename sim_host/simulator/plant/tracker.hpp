@@ -50,7 +50,7 @@ class Tracker {
   // All sensors and the bus voltage of this tick. Draws noise: call it exactly once per tick, before its first step.
   TickSamples sample_tick();
 
-  // The same sensors for electronics that read them one by one, at their own times. Each call draws noise.
+  // Returns the same sensors for electronics that read them one by one, at their own times. Each call draws noise.
   std::uint32_t read_encoder(int axis) { return axis_[static_cast<std::size_t>(axis)].sensors.encoder.read(); }
   Gyro::Reading read_gyro(int axis) { return axis_[static_cast<std::size_t>(axis)].sensors.gyro.sample(); }
 
@@ -58,12 +58,12 @@ class Tracker {
   // once per axis and period.
   PwmSample sample_pwm(int axis);
 
-  // Whether the bridge of an axis leaves its motor's terminals open, from the next period on.
+  // Sets whether the bridge of an axis leaves its motor's terminals open, from the next period on.
   void open_terminals(int axis, bool open) { motors_.open_terminals(open, static_cast<std::size_t>(axis)); }
 
   bool terminals_are_open(int axis) const { return motors_.is_open(static_cast<std::size_t>(axis)); }
 
-  // The share of the bus' capacitance that its capacitor has left.
+  // Sets the share of the bus' capacitance that its capacitor has left.
   void age_capacitor(double share) { bus_.age_capacitor(share); }
 
   double bus_voltage_v() const { return bus_.voltage_v(); }
@@ -71,7 +71,7 @@ class Tracker {
   // Adds the holding brakes of the plant; without this call there is none. Only before the first step.
   void fit_holding_brakes();
 
-  // Whether the coil of an axis' brake has current, from the next period on.
+  // Sets whether the coil of an axis' brake has current, from the next period on.
   void power_brake(int axis, bool on);
 
   // An axis without a brake has an open one.

@@ -36,7 +36,7 @@ class Machine {
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 
-  // The HAL's end of this machine, for starting a firmware on it.
+  // Returns the HAL's end of this machine, for starting a firmware on it.
   hal *hal_pointer() { return &hal_; }
 
   // From now on `tick` is the firmware's 1 ms tick, and `board` has the motor stages that the PWM periods run. Both
@@ -56,13 +56,13 @@ class Machine {
   // tick.
   void fit_holding_brakes() { tracker_.fit_holding_brakes(); }
 
-  // The command of the axes; takes effect at the next tick.
+  // Returns the command of the axes; takes effect at the next tick.
   servo_command& command() { return board_->command; }
 
-  // The camera begins an exposure: a rising edge of its strobe, between two ticks.
+  // Begins an exposure of the camera: a rising edge of its strobe, between two ticks.
   void strobe() { strobes_.push_back(clock_us()); }
 
-  // The firmware's clock (hal_clock_us): as fine as its ticks.
+  // Returns the firmware's clock (hal_clock_us): as fine as its ticks.
   std::uint32_t clock_us() const { return clock_us_; }
 
   // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again. It is added to
@@ -79,7 +79,7 @@ class Machine {
   // Runs one PWM period; the first of a millisecond has the firmware's tick in it.
   void advance_period();
 
-  // The bridge in the coming PWM period: its duty, and whether it drives the motor.
+  // Returns the bridge in the coming PWM period: its duty, and whether it drives the motor.
   double duty(int axis) const { return duty_[static_cast<std::size_t>(axis)]; }
   bool bridge_on(int axis) const { return !tracker_.terminals_are_open(axis); }
 

@@ -18,10 +18,10 @@ namespace trackservo::sim {
 // Throws ConfigError; returns the warnings, one line each in the form of errors.
 std::vector<std::string> check_scenario(const PlantConfig& plant, const ScenarioConfig& scenario);
 
-// Why an axis cannot start at this joint angle, without a full stop; nothing if it can.
+// Returns why an axis cannot start at this joint angle, without a full stop; nothing if it can.
 std::optional<std::string> start_problem(const PlantConfig& plant, int axis, double angle_rad);
 
-// The torque that an axis can give at standstill, at the drive's limit or the supply's [Nm].
+// Returns the torque that an axis can give at standstill, at the drive's limit or the supply's [Nm].
 double available_torque_nm(const PlantConfig& plant, int axis);
 
 }  // namespace trackservo::sim

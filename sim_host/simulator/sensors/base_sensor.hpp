@@ -40,7 +40,7 @@ class BaseSensor {
   std::uint8_t counter_ = 0;
 };
 
-// What a master writes so that RPDO `number` (1 to 4) takes these messages.
+// Returns what a master writes so that RPDO `number` (1 to 4) takes these messages.
 std::vector<ObjectWrite> base_sensor_mapping(int number, std::uint32_t cob_id);
 
 }  // namespace trackservo::sim

@@ -59,7 +59,7 @@ class Camera {
   // exposed.
   bool expose(double time_s, std::array<double, kAxes> los_error_rad);
 
-  // The oldest frame whose delay has passed, each exactly once, otherwise nothing.
+  // Returns the oldest frame whose delay has passed, each exactly once, otherwise nothing.
   std::optional<CameraFrame> poll(double time_s);
 
  private:

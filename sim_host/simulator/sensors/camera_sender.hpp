@@ -23,7 +23,7 @@ class CameraSender {
   // `cob_id` of the frame, as in 140x:1.
   explicit CameraSender(std::uint32_t cob_id) : cob_id_(cob_id) {}
 
-  // The next frame; each call is one more of its counter.
+  // Returns the next frame; each call is one more of its counter.
   can_frame frame_of(const CameraFrame& result);
 
  private:
@@ -31,7 +31,7 @@ class CameraSender {
   std::uint8_t counter_ = 0;
 };
 
-// What a master writes so that RPDO `number` (1 to 4) takes these frames.
+// Returns what a master writes so that RPDO `number` (1 to 4) takes these frames.
 std::vector<ObjectWrite> camera_mapping(int number, std::uint32_t cob_id);
 
 }  // namespace trackservo::sim

@@ -40,14 +40,14 @@ class Encoder {
 
   void advance(double joint_angle_rad) { history_.push(joint_angle_rad); }
 
-  // The mean of this tick's readings in 2^-32 turns. Draws noise.
+  // Returns the mean of this tick's readings in 2^-32 turns. Draws noise.
   std::uint32_t sample();
 
   // A single reading now, for a caller that averages itself. Draws noise.
   std::uint32_t read();
 
  private:
-  // The reading for an angle of the disc.
+  // Returns the reading for an angle of the disc.
   std::uint32_t reading(double shown_rad);
 
   EncoderConfig config_;

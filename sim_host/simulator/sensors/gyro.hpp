@@ -30,7 +30,7 @@ namespace trackservo::sim {
 //   kBase         on the base, along both axes at azimuth 0: neither sees a joint
 enum class GyroMounting { kJoint = 0, kLineOfSight = 1, kStage = 2, kBase = 3 };
 
-// Whether it is fixed on what carries this axis, and measures about the axis, whatever the joints do.
+// Returns whether it is fixed on what carries this axis, and measures about the axis, whatever the joints do.
 inline bool is_below_joint(GyroMounting mounting, int axis) {
   return mounting == (axis == kAzimuth ? GyroMounting::kBase : GyroMounting::kStage);
 }
@@ -60,7 +60,7 @@ class Gyro {
 
   void advance(double sensed_rate_rad_s) { history_.push(signal_.advance(sensed_rate_rad_s)); }
 
-  // The reading [rad/s]. Draws noise.
+  // Returns the reading [rad/s]. Draws noise.
   Reading sample();
 
  private:

@@ -31,7 +31,7 @@ class History {
     values_[newest_] = value;
   }
 
-  // The delayed value as of `periods_ago` calls of push() before; at most 50.
+  // Returns the delayed value as of `periods_ago` calls of push() before; at most 50.
   double delayed(std::size_t periods_ago = 0) const {
     const std::size_t back = whole_ + periods_ago;
     const double later = values_[(newest_ + kLength - back) % kLength];

@@ -27,8 +27,8 @@ struct PicturePose {
   Eigen::Matrix3d base = Eigen::Matrix3d::Identity();  // from the base's frame to the ground's
 };
 
-// The camera's axes in the ground's frame: columns of the matrix are the optical axis, along the rows, along the
-// columns.
+// Returns the camera's axes in the ground's frame: columns of the matrix are the optical axis, along the rows, along
+// the columns.
 Eigen::Matrix3d camera_axes_of(const PicturePose& pose, double roll_rad);
 
 // Place along the camera's own rows (kAzimuth) and columns (kPitch) [tangent]; NaN behind the camera. `target_m` is in
@@ -36,7 +36,7 @@ Eigen::Matrix3d camera_axes_of(const PicturePose& pose, double roll_rad);
 std::array<double, kAxes> picture_of(const Eigen::Vector3d& target_m, const PicturePose& pose,
                                      const PictureMounting& mounting);
 
-// How far the target is from the boresight, along cross-elevation (kAzimuth) and elevation (kPitch).
+// Returns how far the target is from the boresight, along cross-elevation (kAzimuth) and elevation (kPitch).
 std::array<double, kAxes> pointing_error_of(const Eigen::Vector3d& target_m, const PicturePose& pose,
                                             const PictureMounting& mounting);
 

@@ -7,7 +7,7 @@
 
 namespace trackservo::sim {
 
-// The nearest whole number, halves to the even one. |value| must be below 2^51; the callers clip before.
+// Returns the nearest whole number, halves to the even one. |value| must be below 2^51; the callers clip before.
 inline double nearest_whole(double value) {
   static_assert(FLT_EVAL_METHOD == 0, "needs sums that are rounded to double at once");
   constexpr double kNoRoomForFractions = 0x1.8p52;  // of either sign of `value`

@@ -24,8 +24,8 @@ struct ObjectWrite {
   std::uint32_t value;
 };
 
-// What a master writes so that RPDO `number` (1 to 4) takes the frames with this identifier into the sub-indices 1, 2
-// .. of an object; `bits` are their lengths.
+// Returns what a master writes so that RPDO `number` (1 to 4) takes the frames with this identifier into the
+// sub-indices 1, 2 .. of an object; `bits` are their lengths.
 std::vector<ObjectWrite> sender_mapping(int number, std::uint32_t cob_id, std::uint16_t object,
                                         const std::vector<std::uint32_t>& bits);
 

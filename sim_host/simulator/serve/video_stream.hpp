@@ -30,7 +30,7 @@ class VideoStream : public SceneObserver {
   VideoStream(const std::string& address, const PictureSceneConfig& config, double frame_rate_hz, std::uint64_t seed);
   ~VideoStream() override;
 
-  // "pgm-tcp:127.0.0.1:PORT"
+  // Returns "pgm-tcp:127.0.0.1:PORT"
   std::string address() const;
 
   // Pictures are exposed around whole multiples of the frame time.

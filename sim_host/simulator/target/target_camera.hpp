@@ -43,7 +43,7 @@ class ImageProcessor {
     return result ? std::optional(sender_.frame_of(*result)) : std::nullopt;
   }
 
-  // Whether the last look was an exposure: the camera's strobe rises.
+  // Returns whether the last look was an exposure: the camera's strobe rises.
   bool exposed() const { return exposed_; }
 
  private:
@@ -75,7 +75,7 @@ class TargetCamera {
     return processor_.look(truth.time_s, target_.position_m(course_s(truth.time_s)), pose_of(truth), misstated_s);
   }
 
-  // Whether the last look was an exposure: the camera's strobe rises.
+  // Returns whether the last look was an exposure: the camera's strobe rises.
   bool exposed() const { return processor_.exposed(); }
 
   // Target minus line of sight: of the joints, or along cross-elevation and elevation, as the scenario says.

@@ -78,14 +78,14 @@ struct BaseMotionStudy {
 const char *feedback_name(FeedbackSource feedback);
 const char *base_axis_name(BaseAxis axis);
 
-// The largest of all seeds and both axes of the picture.
+// Returns the largest of all seeds and both axes of the picture.
 double worst_sigma_rad(const TrackingOnBase& tracking);
 
-// The 1 sigma of cross-elevation and elevation of a run with this mounting of both gyros.
+// Returns the 1 sigma of cross-elevation and elevation of a run with this mounting of both gyros.
 std::array<double, kAxes> tracking_on_base(const BaseMotionSetup& setup, const TrackingOnBase& choice,
                                            GyroMounting mounting, std::uint64_t seed);
 
-// The isolation at one point.
+// Returns the isolation at one point.
 IsolationPoint isolation_at(const PlantConfig& plant_at_rest, const std::string& controller, FeedbackSource feedback,
                             double amplitude_rad, double frequency_hz, std::uint64_t seed);
 

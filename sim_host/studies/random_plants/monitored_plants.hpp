@@ -33,7 +33,7 @@ struct MonitoredPlants {
   std::vector<std::string> broken_off;   // experiments that ended early without a fault, and gains that were refused
 };
 
-// The scenarios of the paper's experiments, each once. Throws like load_experiments.
+// Returns the scenarios of the paper's experiments, each once. Throws like load_experiments.
 std::vector<ScenarioConfig> scenarios_of_experiments(const std::filesystem::path& data_dir);
 
 // One plant. Equal seeds give equal runs.

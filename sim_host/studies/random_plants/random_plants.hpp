@@ -91,9 +91,9 @@ using TryPlant = std::function<TriedPlant(const RandomPlantsSetup&, const servo_
 RandomPlants try_random_plants(const RandomPlantsSetup& setup, const Progress& progress,
                                const TryPlant& try_one = try_plant);
 
-// The plants of several logs, whose seeds must be all from the first to the last one, each once. With `count` and
-// `seed` of the setup where `all_of_setup`, else from the smallest to the largest one that the logs have. The origin's
-// `identified` is that of the first log. Throws std::runtime_error with file and line.
+// Returns the plants of several logs, whose seeds must be all from the first to the last one, each once. With `count`
+// and `seed` of the setup where `all_of_setup`, else from the smallest to the largest one that the logs have. The
+// origin's `identified` is that of the first log. Throws std::runtime_error with file and line.
 RandomPlants merge_random_plants(const RandomPlantsSetup& setup, const std::vector<std::filesystem::path>& logs,
                                  bool all_of_setup);
 

@@ -18,7 +18,7 @@ namespace trackservo::sim {
 
 ResultLogFormat log_format(const RandomPlantsOrigin& origin, double share, const std::vector<std::string>& cases);
 
-// What line 1 of a log's text has as RandomPlantsOrigin::identified; empty when it is not such a log.
+// Returns what line 1 of a log's text has as RandomPlantsOrigin::identified; empty when it is not such a log.
 std::string identified_of(std::string_view text);
 
 // With its end.
@@ -42,7 +42,7 @@ class LoggedSeeds {
   // After refuse_repeated(). Throws std::runtime_error when seeds are missing or are not among the required ones.
   void refuse_gaps(std::uint64_t first, std::uint64_t count) const;
 
-  // The same from the smallest to the largest seed. Returns the smallest.
+  // Does the same from the smallest to the largest seed. Returns the smallest.
   std::uint64_t refuse_gaps() const;
 
  private:

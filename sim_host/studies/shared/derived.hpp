@@ -19,7 +19,7 @@ inline constexpr const char *kOverFrictionFree = "overshoot_over_friction_free";
 // A ratio to less than this overshoot is meaningless [%].
 constexpr double kMinFreeOvershoot = 1.0;
 
-// The campaign's cells followed by the derived ones, seed by seed.
+// Returns the campaign's cells followed by the derived ones, seed by seed.
 std::vector<Cell> with_derived(const std::vector<Cell>& cells, const std::vector<Experiment>& experiments);
 
 }  // namespace trackservo::sim

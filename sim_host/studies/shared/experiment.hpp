@@ -67,22 +67,22 @@ std::vector<Experiment> load_experiments(const std::filesystem::path& data_dir,
 // Throws std::invalid_argument when there is none of this name.
 const Experiment& experiment_named(const std::string& name, const std::vector<Experiment>& experiments);
 
-// The studies of all experiments.
+// Returns the studies of all experiments.
 std::vector<Study> studies_of(const std::vector<Experiment>& experiments);
 
-// The plants of the studies, each once.
+// Returns the plants of the studies, each once.
 std::vector<PlantConfig> plants_of(const std::vector<Study>& studies);
 
-// The paper's figure for a case, if it prints one.
+// Returns the paper's figure for a case, if it prints one.
 const PaperFigure *paper_figure(const std::vector<PaperFigure>& paper, const std::string& case_name,
                                 const std::string& metric);
 
-// What the experiment's folder says to compare of the case. Throws std::invalid_argument when it says nothing.
+// Returns what the experiment's folder says to compare of the case. Throws std::invalid_argument when it says nothing.
 const CaseFigures& compared_figures(const std::string& experiment, const std::string& case_name,
                                     const std::vector<Experiment>& experiments);
 
-// The study with this case; the studies of one experiment differ in their cases. Throws std::invalid_argument when
-// there is none.
+// Returns the study with this case; the studies of one experiment differ in their cases. Throws std::invalid_argument
+// when there is none.
 std::pair<const Study *, StudyCase> find_case(const CaseFigures& figures, const std::vector<Study>& studies);
 
 }  // namespace trackservo::sim

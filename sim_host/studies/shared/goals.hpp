@@ -20,8 +20,9 @@ struct Goal {
 // Goals are set for the azimuth axis on LuGre friction: calibration bands for "pi", results for "pi_vob_ftc".
 std::optional<Goal> goal_of(const Cell& cell, const Experiment& experiment);
 
-// Whether PI alone reproduces the value printed in the paper: within the calibration band, also where that is no goal
-// because the plant cannot show it (Fig. 9). Nothing where the paper printed nothing, and for the other controllers.
+// Returns whether PI alone reproduces the value printed in the paper: within the calibration band, also where that is
+// no goal because the plant cannot show it (Fig. 9). Nothing where the paper printed nothing, and for the other
+// controllers.
 std::optional<bool> reproduces_paper(const Cell& cell, double value, const Experiment& experiment);
 
 }  // namespace trackservo::sim

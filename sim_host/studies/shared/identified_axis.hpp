@@ -42,7 +42,7 @@ IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::file
 std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plants,
                                             const std::filesystem::path& out_dir, JobPool& pool, int cost = 1);
 
-// The assumed plant for a plant whose axes are among the identified ones.
+// Returns the assumed plant for a plant whose axes are among the identified ones.
 AssumedPlant assumed_plant_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified);
 
 }  // namespace trackservo::sim

@@ -48,7 +48,7 @@ struct TurnLimits {
   double acceleration_rad_s2 = std::numeric_limits<double>::infinity();
 };
 
-// The time-optimal plan [s], to 1 ms; 0: the target is never faster than the limits.
+// Returns the time-optimal plan [s], to 1 ms; 0: the target is never faster than the limits.
 double optimal_lost_s(const PassConfig& pass, const TurnLimits& limits);
 
 // What is required of a pass that no azimuth can follow: at most this share of the time-optimal plan.

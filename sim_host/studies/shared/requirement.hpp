@@ -25,12 +25,12 @@ struct Requirement {
   Bound bound = Bound::kAtMost;
 };
 
-// The value of the worst seed.
+// Returns the value of the worst seed.
 double worst_of(const Requirement& requirement);
 
 bool is_met(const Requirement& requirement);
 
-// "<= 2.5"
+// Returns "<= 2.5"
 std::string goal_text(const Requirement& requirement);
 
 // What wrote the rows.
