@@ -297,9 +297,10 @@ static void renew_base_rate(axis_monitor *monitor, rate_fusion_state *fusion) {
   }
 }
 
-void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive, rate_fusion_state *fusion) {
-  const bool misled = drive->state.reaction >= DRIVE_FAULT_BRAKES || drive->fault == FAULT_MOTOR_WEAK;
-  if (misled && drive->state.power == DRIVE_FAULT) {
+void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive, bool voltage_doubted,
+                           rate_fusion_state *fusion) {
+  const bool misled = drive->state.reaction >= DRIVE_FAULT_BRAKES;
+  if (voltage_doubted || (misled && drive->state.power == DRIVE_FAULT)) {
     motor_witness_forget_motor(&monitor->state.witness);
   }
   if (drive->fault == FAULT_SENSORS_DRIFT) {

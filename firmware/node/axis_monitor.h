@@ -95,9 +95,11 @@ static inline bool axis_monitor_may_enable(const axis_monitor *monitor) {
 }
 
 /* Forgets what broken parts have left: while an axis is off after a fault of its sensors, its bridge or its motor, what
- * the motor witness has learned of R and Ke, because these are repaired before the fault reset; after wrong readings
- * of gyro or encoder, the base's rate, which begins at what the two differ by. Call between two ticks, every 4 ms. */
-void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive, rate_fusion_state *fusion);
+ * the motor witness has learned of R and Ke, because these are repaired before the fault reset, and where
+ * `voltage_doubted`: any axis is in a fault of the bus voltage, which all of them read; after wrong readings of gyro or
+ * encoder, the base's rate, which begins at what the two differ by. Call between two ticks, every 4 ms. */
+void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive, bool voltage_doubted,
+                           rate_fusion_state *fusion);
 
 /* Finds the turn of the start position and shifts the drive's position to it. Searches again after an encoder jumped,
  * because it may have counted a turn too many. Call between two ticks, every 4 ms. */

@@ -257,6 +257,19 @@ static void aim_base(servo_node *node, int i) {
   moving_base_aim(&node->base, &node->board.app, &node->board.samples, &axis);
 }
 
+/* Faults that a wrong bus voltage can cause. */
+static bool voltage_is_doubted(const servo_node *node) {
+  const fault_set of_voltage = fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_UNDER_VOLTAGE) |
+                               fault_bit(FAULT_OVER_VOLTAGE) | fault_bit(FAULT_MOTOR_CONTRADICTS) |
+                               fault_bit(FAULT_MOTOR_WEAK);
+  bool doubted = false;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const drive_axis *drive = &node->axis[i].drive;
+    doubted = doubted || (drive->state.power == DRIVE_FAULT && (of_voltage & fault_bit(drive->fault)) != 0);
+  }
+  return doubted;
+}
+
 /* What changes only with parameters, or slowly: a quarter of it in each ms, because all at once costs too much. */
 static void limit_motion(servo_node *node) {
   const uint32_t turn = (node->objects.ticks - 1) % (2 * SERVO_AXES); /* each axis is located before it is limited */
@@ -264,7 +277,8 @@ static void limit_motion(servo_node *node) {
   servo_node_axis *axis = &node->axis[i];
   if (turn < SERVO_AXES) {
     aim_base(node, i);
-    axis_monitor_distrust(&axis->monitor, &axis->drive, &node->board.app.axis[i].speed.rate_fusion);
+    axis_monitor_distrust(&axis->monitor, &axis->drive, voltage_is_doubted(node),
+                          &node->board.app.axis[i].speed.rate_fusion);
     axis_monitor_locate(&axis->monitor, &axis->drive);
     axis->inputs.may_enable = !persisted_storage_writes(&node->storage) && axis_monitor_may_enable(&axis->monitor);
     return;

@@ -797,6 +797,29 @@ static void test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_com
   TEST_ASSERT_TRUE(node.axis[0].monitor.state.witness.known);
 }
 
+static float learned_width(int axis) {
+  const motor_interval *r = &node.axis[axis].monitor.state.witness.resistance;
+  return r->high - r->low;
+}
+
+/* All axes read one bus voltage: what a broken converter taught the axis that did not stop must go, too. */
+static void test_after_a_fault_of_the_bus_voltage_every_motor_is_learned_anew(void) {
+  node_bench_start();
+  wait_ms(100);
+  turn_azimuth();
+  CHECK_AT_MOST("share of R, learned", 0.5, learned_width(0));
+  enable(PITCH, CST);
+  for (int ms = 0; ms < 60; ++ms) {
+    SET(0x6071 + PITCH, 0, ms % 2 == 0 ? 100 : (uint16_t)-100);
+    atomic_store(&node.board.motor[1].tick_current_a, 0.0f);
+    atomic_store(&node.board.motor[1].tick_voltage_v, 12.0f);
+  }
+  TEST_ASSERT_TRUE(is_in_fault(PITCH));
+  TEST_ASSERT_FALSE(is_in_fault(0));
+  wait_ms(10);
+  CHECK_AT_LEAST("share of R, unknown", 0.7, learned_width(0));
+}
+
 /* --- the current sensor, and the slow monitors --- */
 
 /* 3.2 A in a ms take 9.6 V in a winding of 3 mH: more than 2060:12. A converter that shows no change of the current
@@ -1104,6 +1127,7 @@ int main(void) {
   RUN_TEST(test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forgotten_with_the_reset);
   RUN_TEST(test_the_offset_of_a_converter_is_measured_while_its_axis_is_in_fault);
   RUN_TEST(test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares);
+  RUN_TEST(test_after_a_fault_of_the_bus_voltage_every_motor_is_learned_anew);
   RUN_TEST(test_the_voltage_that_changes_a_current_is_no_fault_where_the_current_follows);
   RUN_TEST(test_a_reset_of_the_node_leaves_no_fault_half_counted);
   RUN_TEST(test_an_axis_that_is_blocked_at_its_torque_limit_stalls);
