@@ -11,7 +11,7 @@ import subprocess
 import can
 import canopen
 import pytest
-from servoctl.slcan_tcp import SlcanTcpBus  # python-can's own reads byte by byte
+from servoctl.link.slcan_tcp import SlcanTcpBus  # python-can's own reads byte by byte
 
 NODE_ID = 5
 

@@ -13,7 +13,7 @@ import subprocess
 
 import can
 import canopen
-from servoctl.slcan_tcp import SlcanTcpBus  # python-can's own reads byte by byte
+from servoctl.link.slcan_tcp import SlcanTcpBus  # python-can's own reads byte by byte
 
 NODE_ID = 1
 PROJECT = pathlib.Path(__file__).resolve().parents[2]

@@ -128,14 +128,14 @@ def test_wrong_input_ends_with_2_before_anything_runs(gate: Gate, arguments: tup
 
 
 def tunable_names() -> list[str]:
-    from servoctl.schema import load_schema
+    from servoctl.objects.schema import load_schema
 
     return [parameter.name for parameter in load_schema(DESCRIPTIONS / "parameters.json").tunable]
 
 
 def test_a_gains_file_has_the_same_names_for_servoctl_and_for_the_gate(gate: Gate, sim_host: Path, tmp_path: Path) -> None:
-    from servoctl.gains_file import read_gains, write_gains
-    from servoctl.schema import load_schema
+    from servoctl.gains.gains_file import read_gains, write_gains
+    from servoctl.objects.schema import load_schema
 
     schema = load_schema(DESCRIPTIONS / "parameters.json")
     written = tmp_path / "gains.toml"

@@ -96,7 +96,7 @@ steps_of_place() {
     tools/misra/*) echo lint cppcheck ;;
     tools/registers/*) echo image ;;
     tools/report/*) echo python ;;
-    tools/servoctl/servoctl/text_file.py) echo clients servoctl servoctl-image socketcan short long python ;;
+    tools/servoctl/servoctl/show/text_file.py) echo clients servoctl servoctl-image socketcan short long python ;;
     tools/servoctl/*) echo clients servoctl servoctl-image socketcan short long site readme ;;
     tools/source_checks/*) echo includes python ;;
     *) echo all ;;

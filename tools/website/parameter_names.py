@@ -14,8 +14,8 @@ from pathlib import Path
 PROJECT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(PROJECT / "tools" / "servoctl"))
 
-from servoctl.parameter import AXES, Parameter  # noqa: E402
-from servoctl.schema import CARRIED, load_schema  # noqa: E402
+from servoctl.objects.parameter import AXES, Parameter  # noqa: E402
+from servoctl.objects.schema import CARRIED, load_schema  # noqa: E402
 
 HEAD = """\
 # Parameters by name

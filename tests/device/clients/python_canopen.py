@@ -10,7 +10,7 @@ import time
 
 import canopen
 from canopen.profiles.p402 import BaseNode402
-from servoctl.slcan_tcp import SlcanTcpBus
+from servoctl.link.slcan_tcp import SlcanTcpBus
 
 EVERYTHING = 1
 NODE_ID = 1

@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 import can
-from servoctl.device import Device
-from servoctl.tracking import CameraMapping, FrameCounts, frame_counts
+from servoctl.link.device import Device
+from servoctl.motion.tracking import CameraMapping, FrameCounts, frame_counts
 
 CAMERA_ID = 0x540
 """Plus node id, as `sim_host serve --target`: no PDO of a node with a low id has it as delivered."""

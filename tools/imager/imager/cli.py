@@ -17,13 +17,13 @@ from urllib.parse import unquote
 
 import can
 import click
-from servoctl.bus import BIT_RATES, ENVIRONMENT, parse_bus
-from servoctl.bus import FORMS as BUS_FORMS
+from servoctl.link.bus import BIT_RATES, ENVIRONMENT, parse_bus
+from servoctl.link.bus import FORMS as BUS_FORMS
 from servoctl.commands.quantity import Whole
-from servoctl.device import Device
+from servoctl.link.device import Device
 from servoctl.errors import ServoctlError
-from servoctl.output_files import check_new, overwrite_option
-from servoctl.tracking import DROPS
+from servoctl.show.output_files import check_new, overwrite_option
+from servoctl.motion.tracking import DROPS
 from servoctl.units import is_plain
 
 from . import __version__

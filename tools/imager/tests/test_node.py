@@ -10,9 +10,9 @@ from pathlib import Path
 
 import can
 import pytest
-from servoctl.bus import open_bus, parse_bus
-from servoctl.device import Device
-from servoctl.tracking import FRAME
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.link.device import Device
+from servoctl.motion.tracking import FRAME
 
 from imager.camera_frame import AGE, CAMERA_ID, NODE_CLOCK, STROBE, TIME_KIND, TIME_S, FrameSender, Result
 

@@ -17,9 +17,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from servoctl.bus import parse_bus
-from servoctl.device import Device
-from servoctl.drive import Drive
+from servoctl.link.bus import parse_bus
+from servoctl.link.device import Device
+from servoctl.drive.drive import Drive
 
 from .conftest import SCENARIO, Serving, environment, wait_until
 

@@ -8,8 +8,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from servoctl.bus import parse_bus
-from servoctl.device import Device
+from servoctl.link.bus import parse_bus
+from servoctl.link.device import Device
 
 from imager.sources import PgmSource
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from servoctl import text_file
+from servoctl.show import text_file
 from servoctl.errors import ServoctlError
-from servoctl.text_file import TextFile
+from servoctl.show.text_file import TextFile
 
 from .errors import InputError
 

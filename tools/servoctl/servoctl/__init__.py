@@ -13,34 +13,35 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .axis import Axis
-    from .bus import parse_bus
-    from .device import Device
-    from .drive import Drive
+    from .drive.drive import Drive
     from .errors import InputError, ServoctlError
-    from .identification import Identification
-    from .limits import Limits
-    from .live import LiveAxis
-    from .loop_test import loop_stimulus, measure_loop
-    from .moves import plan_run
-    from .rate_run import send_rates
-    from .recording import Recorder
-    from .recording import read as read_recording
+    from .gains.loop_test import loop_stimulus, measure_loop
+    from .gains.tuning import Tuning, undo_last
+    from .identify.identification import Identification
+    from .link.bus import parse_bus
+    from .link.device import Device
+    from .link.signal_stream import SignalStream
+    from .motion.limits import Limits
+    from .motion.live import LiveAxis
+    from .motion.moves import plan_run
+    from .motion.rate_run import send_rates
+    from .motion.step_test import cut_steps, plan_step
     from .servo import Servo, connect
-    from .signal_stream import SignalStream
+    from .show.recording import Recorder
+    from .show.recording import read as read_recording
     from .sim_host import simulator
-    from .step_test import cut_steps, plan_step
-    from .tuning import Tuning, undo_last
     from .units import degrees, radians
 
 __version__ = (Path(__file__).parent / "descriptions" / "version.txt").read_text(encoding="ascii").strip()
 """That of the firmware whose build printed the descriptions: project(VERSION) of CMakeLists.txt."""
 
 _PLACES = {
-    "Axis": "axis", "Device": "device", "Drive": "drive", "Identification": "identification", "InputError": "errors", "Limits": "limits",
-    "LiveAxis": "live", "Recorder": "recording", "Servo": "servo", "ServoctlError": "errors", "SignalStream": "signal_stream",
-    "Tuning": "tuning", "connect": "servo", "cut_steps": "step_test", "degrees": "units", "loop_stimulus": "loop_test",
-    "measure_loop": "loop_test", "parse_bus": "bus", "plan_run": "moves", "plan_step": "step_test", "radians": "units",
-    "read_recording": "recording", "send_rates": "rate_run", "simulator": "sim_host", "undo_last": "tuning",
+    "Axis": "axis", "Device": "link.device", "Drive": "drive.drive", "Identification": "identify.identification",
+    "InputError": "errors", "Limits": "motion.limits", "LiveAxis": "motion.live", "Recorder": "show.recording",
+    "Servo": "servo", "ServoctlError": "errors", "SignalStream": "link.signal_stream",
+    "Tuning": "gains.tuning", "connect": "servo", "cut_steps": "motion.step_test", "degrees": "units", "loop_stimulus": "gains.loop_test",
+    "measure_loop": "gains.loop_test", "parse_bus": "link.bus", "plan_run": "motion.moves", "plan_step": "motion.step_test", "radians": "units",
+    "read_recording": "show.recording", "send_rates": "motion.rate_run", "simulator": "sim_host", "undo_last": "gains.tuning",
 }  # fmt: skip
 """The module of each name."""
 _OTHER_NAMES = {"read_recording": "read"}

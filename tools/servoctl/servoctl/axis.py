@@ -9,23 +9,25 @@ import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
-from . import identification, loop_test, moves, step_test, tune_run
-from .access_lock import need_unlock
-from .commissioning import check_place
-from .device import Device
-from .drive import Drive
+from .drive.drive import Drive
 from .errors import InputError
-from .identification import Finished, Identification
-from .identified import read_identified
-from .identify_program import IdentifyProgram, find_identify
-from .limits import Limits
-from .loop_test import LoopStimulus, MeasuredLoop
-from .named_parameters import NamedParameters
-from .output_files import check_new
-from .parameter import AXES
-from .rate_run import send_rates
-from .step_test import SETPOINT_TICKS, StepRecord
-from .tune_run import REQUIREMENT_KEYS, Proposal, Tried
+from .gains import loop_test, tune_run
+from .gains.loop_test import LoopStimulus, MeasuredLoop
+from .gains.tune_run import REQUIREMENT_KEYS, Proposal, Tried
+from .identify import identification
+from .identify.commissioning import check_place
+from .identify.identification import Finished, Identification
+from .identify.identified import read_identified
+from .identify.identify_program import IdentifyProgram, find_identify
+from .link.device import Device
+from .motion import moves, step_test
+from .motion.limits import Limits
+from .motion.rate_run import send_rates
+from .motion.step_test import SETPOINT_TICKS, StepRecord
+from .objects.access_lock import need_unlock
+from .objects.named_parameters import NamedParameters
+from .objects.parameter import AXES
+from .show.output_files import check_new
 from .units import degrees, radians
 from .wording import in_python
 

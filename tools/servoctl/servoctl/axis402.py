@@ -23,7 +23,7 @@ from canopen.profiles.p402 import BaseNode402
 from canopen.sdo.base import SdoArray, SdoRecord, SdoVariable
 from canopen.sdo.client import SdoClient
 
-from .parameter import AXIS_SHIFT
+from .objects.parameter import AXIS_SHIFT
 
 _FIRST, _BEYOND = 0x6000, 0x6800
 

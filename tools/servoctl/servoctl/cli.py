@@ -15,9 +15,29 @@ import can
 import click
 
 from . import __version__
-from .commands import bode, braking, camera, faults, follow, gains, home, identify, lock, lss, move, node, parameters, scope, step, track, tune, ui, monitoring
+from .commands import (
+    bode,
+    braking,
+    camera,
+    faults,
+    follow,
+    gains,
+    home,
+    identify,
+    lock,
+    lss,
+    monitoring,
+    move,
+    node,
+    parameters,
+    scope,
+    step,
+    track,
+    tune,
+    ui,
+)
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
-from .output import wrapped
+from .show.output import wrapped
 
 _JSON = """With --json, results are written as JSON to standard output. An error is one line of JSON on standard error,
 {"error": {"exit_code": 2, "kind": "bad_input", "message": "..."}}, a note is {"note": "..."}. Exit codes are the same.

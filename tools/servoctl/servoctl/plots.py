@@ -16,16 +16,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from .capture import unit_of, without_unit
 from .errors import InputError
-from .frequency_response import GOOD_COHERENCE, Margins, branch
-from .friction_curves import DIRECTIONS, Legs, friction_points, steady_friction_nm
-from .identified import Identified
-from .step_test import StepRecord
+from .gains.frequency_response import GOOD_COHERENCE, Margins, branch
+from .identify.identified import Identified
+from .motion.step_test import StepRecord
+from .show.capture import unit_of, without_unit
+from .show.friction_curves import DIRECTIONS, Legs, friction_points, steady_friction_nm
 from .units import Shown, degrees
 
 if TYPE_CHECKING:
-    from .loop_test import MeasuredLoop
+    from .gains.loop_test import MeasuredLoop
 
 P = ParamSpec("P")
 Real = NDArray[np.float64]

@@ -23,20 +23,21 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from . import gain_set, moves, track_run, tracking
-from .access_lock import bytes_of
 from .axis import Axis, File
-from .bus import ENVIRONMENT, FORMS, parse_bus
-from .device import Device
 from .errors import InputError
-from .frames import check_frame, need_pandas, tracking_frame
-from .gain_check import check_gains
-from .gains_file import read_gains, write_gains
-from .live_recording import LiveRecording
-from .named_parameters import NamedParameters
-from .output_files import check_new
-from .parameter import AXES
-from .tuning import Change, Tuning, undo_last
+from .gains import gain_set
+from .gains.gain_check import check_gains
+from .gains.gains_file import read_gains, write_gains
+from .gains.tuning import Change, Tuning, undo_last
+from .link.bus import ENVIRONMENT, FORMS, parse_bus
+from .link.device import Device
+from .motion import moves, track_run, tracking
+from .motion.live_recording import LiveRecording
+from .objects.access_lock import bytes_of
+from .objects.named_parameters import NamedParameters
+from .objects.parameter import AXES
+from .show.frames import check_frame, need_pandas, tracking_frame
+from .show.output_files import check_new
 from .units import radians
 from .wording import in_python
 

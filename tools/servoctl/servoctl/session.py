@@ -11,15 +11,15 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from .access_lock import bytes_of
-from .bus import BIT_RATES, ENVIRONMENT, FORMS, bit_rate_of, parse_bus
 from .commands.quantity import Whole
-from .device import Device
 from .errors import ServoctlError
-from .output import Output
-from .output_files import check_new
-from .parameter import AXES
-from .schema import Schema, named_file, need_schema
+from .link.bus import BIT_RATES, ENVIRONMENT, FORMS, bit_rate_of, parse_bus
+from .link.device import Device
+from .objects.access_lock import bytes_of
+from .objects.parameter import AXES
+from .objects.schema import Schema, named_file, need_schema
+from .show.output import Output
+from .show.output_files import check_new
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .errors import InputError
-from .schema import starts
+from .objects.schema import starts
 
 ENVIRONMENT = "SIM_HOST"
 

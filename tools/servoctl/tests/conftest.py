@@ -25,8 +25,8 @@ from typing import Any
 
 import pytest
 
-from servoctl import schema
 from servoctl.cli import main
+from servoctl.objects import schema
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGE = Path(__file__).resolve().parents[1]

@@ -24,9 +24,9 @@ import can
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
-from servoctl.bus import open_bus, parse_bus
-from servoctl.parameter import AXES
-from servoctl.pdo_loan import borrowed_identifiers
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.link.pdo_loan import borrowed_identifiers
+from servoctl.objects.parameter import AXES
 from servoctl.units import RATE_COUNTS_PER_RAD_S, degrees
 
 from .conftest import Bench, Serving, bring_to_rest

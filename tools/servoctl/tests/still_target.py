@@ -14,7 +14,7 @@ import time
 from collections import deque
 from types import TracebackType
 
-from servoctl.bus import open_bus, parse_bus
+from servoctl.link.bus import open_bus, parse_bus
 
 POSITIONS_ID = 0x481
 FRAME_S = 0.02

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from servoctl.schema import load_schema
+from servoctl.objects.schema import load_schema
 
 from .conftest import PARAMETERS, Bench
 

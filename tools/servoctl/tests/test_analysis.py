@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from servoctl.braking import Real, analyse_stop, sure_deceleration
 from servoctl.errors import MotionError
-from servoctl.frequency_response import bandwidth_hz, design_multisine, estimate, margins
-from servoctl.loop_model import SpeedLoopGains, open_loop
-from servoctl.loop_test import MeasuredLoop
-from servoctl.step_response import analyse_step
+from servoctl.gains.frequency_response import bandwidth_hz, design_multisine, estimate, margins
+from servoctl.gains.loop_model import SpeedLoopGains, open_loop
+from servoctl.gains.loop_test import MeasuredLoop
+from servoctl.motion.braking import Real, analyse_stop, sure_deceleration
+from servoctl.motion.step_response import analyse_step
 from servoctl.units import TICK_S
 
 GAINS = SpeedLoopGains(720.0, 21600.0, 0.7, 6.0, True, 6.0, 0.0, 220.0, 0.0, 10.0, 0.1, 0.0, 0.7)

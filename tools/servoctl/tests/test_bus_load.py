@@ -14,9 +14,9 @@ from typing import Any
 import can
 import pytest
 
-from servoctl import bus
-from servoctl.bus import BusAddress, bit_rate_of
-from servoctl.can_bits import frame_bits
+from servoctl.link import bus
+from servoctl.link.bus import BusAddress, bit_rate_of
+from servoctl.link.can_bits import frame_bits
 from servoctl.ui import engine
 
 from .conftest import Bench
@@ -127,7 +127,7 @@ def test_the_bit_rate_of_socketcan_is_that_of_the_interface(
 
 
 def test_without_a_bit_rate_there_is_a_word_instead_of_a_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from servoctl import pdo_ears
+    from servoctl.link import pdo_ears
 
     class Silent:
         def __enter__(self) -> Silent:

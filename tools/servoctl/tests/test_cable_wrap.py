@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from servoctl.cable_wrap import lasts_s, longest_lasting, longest_within, turned_text, with_turns
+from servoctl.drive.node_limits import REACH_RAD, Bound, NodeLimits
 from servoctl.errors import InputError
-from servoctl.node_limits import REACH_RAD, Bound, NodeLimits
-from servoctl.trajectory import AxisLimits, Real, Trajectory
+from servoctl.motion.cable_wrap import lasts_s, longest_lasting, longest_within, turned_text, with_turns
+from servoctl.motion.trajectory import AxisLimits, Real, Trajectory
 from servoctl.units import degrees, radians
 
 TRAVEL = NodeLimits(Bound(radians(-280.0), "607D:1"), Bound(radians(280.0), "607D:2"), Bound(1.0, "607F"))

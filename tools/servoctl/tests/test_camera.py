@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from servoctl.camera_fit import Pose, fit_camera, image_of
 from servoctl.errors import MotionError
+from servoctl.motion.camera_fit import Pose, fit_camera, image_of
 
 from .conftest import Bench
 from .still_target import StillTarget

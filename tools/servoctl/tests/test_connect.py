@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 from servoctl import InputError, Servo, ServoctlError, connect, degrees, radians
-from servoctl.frames import tracking_frame
-from servoctl.rate_run import RatesRun, send_rates
-from servoctl.track_run import Record
-from servoctl.tracking import ACQUIRING, ON_TARGET
+from servoctl.motion.rate_run import RatesRun, send_rates
+from servoctl.motion.track_run import Record
+from servoctl.motion.tracking import ACQUIRING, ON_TARGET
+from servoctl.show.frames import tracking_frame
 
 from .conftest import PACKAGE, ROOT, Bench
 from .test_identify import IDENTIFY

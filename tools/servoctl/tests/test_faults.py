@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from servoctl.errors import NotVerified
-from servoctl.fault_log import FaultLog, parse_entry, write_snapshots
-from servoctl.fault_table import NO_FAULTS, FaultTable, load_faults
+from servoctl.objects.fault_log import FaultLog, parse_entry, write_snapshots
+from servoctl.objects.fault_table import NO_FAULTS, FaultTable, load_faults
 
 from .conftest import PARAMETERS, Bench, Eventually
 

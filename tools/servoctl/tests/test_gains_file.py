@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from servoctl.errors import InputError
-from servoctl.gains_file import read_gains, write_gains
-from servoctl.parameter import Parameter, Value
-from servoctl.schema import Schema, load_schema
+from servoctl.gains.gains_file import read_gains, write_gains
+from servoctl.objects.parameter import Parameter, Value
+from servoctl.objects.schema import Schema, load_schema
 
 from .conftest import PARAMETERS
 

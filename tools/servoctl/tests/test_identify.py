@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servoctl.number_table import read_columns
+from servoctl.show.number_table import read_columns
 
 from .conftest import BUILD, FAST, SERVERS, Bench, Eventually, Served, Serving, serve
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from servoctl.errors import InputError, MotionError
-from servoctl.identify_program import ENVIRONMENT, PACKAGE, IdentifyProgram, find_identify
+from servoctl.identify.identify_program import ENVIRONMENT, PACKAGE, IdentifyProgram, find_identify
 
 OLD, NEW = "the result before", "new"
 
@@ -56,7 +56,7 @@ def test_files_take_the_place_of_those_before_when_a_run_has_succeeded(
 @pytest.fixture
 def outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder that is no checkout's, without any identify."""
-    monkeypatch.setattr("servoctl.identify_program.starts", lambda: (tmp_path,))
+    monkeypatch.setattr("servoctl.identify.identify_program.starts", lambda: (tmp_path,))
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv(ENVIRONMENT, raising=False)
     monkeypatch.delitem(sys.modules, PACKAGE, raising=False)

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from servoctl.bus import parse_bus
-from servoctl.device import SDO_TIMEOUT_S, Device
-from servoctl.drive import Drive
+from servoctl.drive.drive import Drive
+from servoctl.drive.power import DISABLED, PROFILE_VELOCITY
 from servoctl.errors import ConnectionFailed, Refused
-from servoctl.live import LiveAxis
-from servoctl.power import DISABLED, PROFILE_VELOCITY
+from servoctl.link.bus import parse_bus
+from servoctl.link.device import SDO_TIMEOUT_S, Device
+from servoctl.motion.live import LiveAxis
 
 from .conftest import Bench
 

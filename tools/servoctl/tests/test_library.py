@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import servoctl
-from servoctl.recording import read
+from servoctl.show.recording import read
 
 from .conftest import PACKAGE, ROOT, Bench
 from .still_target import StillTarget
@@ -44,7 +44,7 @@ def test_the_examples_of_the_library_run(servo: Bench) -> None:
 def test_what_the_package_offers_is_imported_when_it_is_used_and_is_that_of_its_module() -> None:
     code = "import sys, servoctl; assert 'can' not in sys.modules; from servoctl import *; print(len(dir(servoctl)), Device.__module__, LiveAxis)"
     done = subprocess.run([sys.executable, "-c", code], cwd=PACKAGE, text=True, capture_output=True)
-    assert done.returncode == 0 and "servoctl.device" in done.stdout, done.stderr
+    assert done.returncode == 0 and "servoctl.link.device" in done.stdout, done.stderr
     assert servoctl.read_recording is read
     assert {getattr(servoctl, name).__name__ for name in servoctl.__all__} == {*servoctl.__all__, "read"} - {"read_recording"}
     with pytest.raises(AttributeError, match="no attribute 'Devise'"):

@@ -14,8 +14,8 @@ import pytest
 from canopen.profiles.p402 import BaseNode402
 
 from servoctl.axis402 import Axis402
-from servoctl.bus import open_bus, parse_bus
-from servoctl.schema import load_schema
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.objects.schema import load_schema
 
 from .conftest import PARAMETERS, Bench, Eventually
 

@@ -7,8 +7,8 @@ import struct
 
 import pytest
 
-from servoctl.drive import Drive
-from servoctl.pair_stream import WrapCounter
+from servoctl.drive.drive import Drive
+from servoctl.link.pair_stream import WrapCounter
 from servoctl.units import POSITION_COUNTS_PER_RAD, POSITION_RANGE_RAD, radians
 
 RANGE_END = 2_010_619_298

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from servoctl.bus import parse_bus
 from servoctl.errors import InputError
-from servoctl.schema import Schema, load_schema, parse_index
+from servoctl.link.bus import parse_bus
+from servoctl.objects.schema import Schema, load_schema, parse_index
 from servoctl.units import number, parse_quantity
 
 from .conftest import PARAMETERS

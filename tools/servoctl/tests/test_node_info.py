@@ -8,8 +8,8 @@ from typing import cast
 import pytest
 
 from servoctl.commands.node import _option_bytes
-from servoctl.device import Device
-from servoctl.restrictions import reason
+from servoctl.link.device import Device
+from servoctl.objects.restrictions import reason
 
 BANKS = "DBANK or BFB2: the flash has other banks than the image needs; no torque, and nothing is stored"
 PARITY, PROTECTION = "SRAM_PE: no parity of the RAM", "WRP1A: the image is not write-protected"

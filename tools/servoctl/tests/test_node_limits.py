@@ -10,8 +10,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from servoctl.drive.node_limits import Bound, NodeLimits
 from servoctl.errors import InputError
-from servoctl.node_limits import Bound, NodeLimits
 
 from .conftest import Bench
 

@@ -13,11 +13,11 @@ from typing import Any, cast
 
 import pytest
 
-from servoctl.rate_run import FASTEST_PACE, check_pace
-from servoctl.device import Device
 from servoctl.errors import MotionError
-from servoctl.node_clock import NodeClock
-from servoctl.stream import RateStream, SampleGatherer
+from servoctl.link.device import Device
+from servoctl.link.node_clock import NodeClock
+from servoctl.link.stream import RateStream, SampleGatherer
+from servoctl.motion.rate_run import FASTEST_PACE, check_pace
 
 from .conftest import Bench, Serving
 

@@ -10,12 +10,13 @@ from pathlib import Path
 import click
 import pytest
 
-from servoctl import identification, tune_run
 from servoctl.cli import servoctl
 from servoctl.commands.motion import new_path
 from servoctl.errors import InputError
-from servoctl.fault_log import FaultLog, LogEntry, snapshot_files
-from servoctl.output_files import check_new, unused
+from servoctl.gains import tune_run
+from servoctl.identify import identification
+from servoctl.objects.fault_log import FaultLog, LogEntry, snapshot_files
+from servoctl.show.output_files import check_new, unused
 
 from .conftest import Bench
 

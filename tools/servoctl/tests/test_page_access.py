@@ -17,8 +17,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from servoctl.device import Device
 from servoctl.errors import ConnectionFailed
+from servoctl.link.device import Device
 from servoctl.ui.access import Access, in_link
 from servoctl.ui.engine import Engine
 from servoctl.ui.server import Site, listen, web_server

@@ -22,15 +22,15 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from servoctl import tuning
-from servoctl.bus import open_bus, parse_bus
-from servoctl.device import Device
-from servoctl.drive import Drive
+from servoctl.drive.drive import Drive
 from servoctl.errors import ConnectionFailed, MotionError
-from servoctl.identification import Identification
-from servoctl.parameter import Parameter, Value
-from servoctl.signal_stream import SignalStream
-from servoctl.stop_frames import StopFrames
+from servoctl.gains import tuning
+from servoctl.identify.identification import Identification
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.link.device import Device
+from servoctl.link.signal_stream import SignalStream
+from servoctl.link.stop_frames import StopFrames
+from servoctl.objects.parameter import Parameter, Value
 from servoctl.ui import engine
 from servoctl.ui.access import Access
 from servoctl.ui.engine import Engine

@@ -9,13 +9,13 @@ from typing import Any, cast
 
 import pytest
 
-from servoctl.capture import request
-from servoctl.commissioning import check_place
-from servoctl.drive import Drive
+from servoctl.drive.drive import Drive
 from servoctl.errors import ServoctlError
-from servoctl.loop_test import loop_stimulus
-from servoctl.step_test import plan_step
-from servoctl.test_plan import Envelope
+from servoctl.gains.loop_test import loop_stimulus
+from servoctl.identify.commissioning import check_place
+from servoctl.identify.test_plan import Envelope
+from servoctl.motion.step_test import plan_step
+from servoctl.show.capture import request
 from servoctl.ui.page_words import of_page
 from servoctl.units import radians
 

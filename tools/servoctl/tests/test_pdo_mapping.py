@@ -14,12 +14,12 @@ from typing import Any
 import can
 import pytest
 
-from servoctl.bus import parse_bus
-from servoctl.device import Device
-from servoctl.listener import Listener
-from servoctl.pdo_loan import PdoLoan
-from servoctl.pdo_mapping import EXTENDED, Mappings, default_mappings, read_mappings
-from servoctl.schema import load_schema
+from servoctl.link.bus import parse_bus
+from servoctl.link.device import Device
+from servoctl.link.listener import Listener
+from servoctl.link.pdo_loan import PdoLoan
+from servoctl.link.pdo_mapping import EXTENDED, Mappings, default_mappings, read_mappings
+from servoctl.objects.schema import load_schema
 
 from .conftest import PARAMETERS, Bench, Eventually
 

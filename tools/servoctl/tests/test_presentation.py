@@ -17,8 +17,8 @@ import pytest
 from rich.cells import cell_len
 
 from servoctl.errors import InputError
-from servoctl.schema import CARRIED, Schema, load_schema
-from servoctl.table import columns_of, lines
+from servoctl.objects.schema import CARRIED, Schema, load_schema
+from servoctl.show.table import columns_of, lines
 from servoctl.units import Shown
 
 from .conftest import Bench

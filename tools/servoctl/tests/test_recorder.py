@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from servoctl.errors import MotionError
-from servoctl.pdo_loan import borrowed_identifiers
-from servoctl.recorder import HYSTERESIS, TickGatherer, decode
+from servoctl.identify.recorder import HYSTERESIS, TickGatherer, decode
+from servoctl.link.pdo_loan import borrowed_identifiers
 
 TURN32 = 2**32 / (2 * np.pi)
 

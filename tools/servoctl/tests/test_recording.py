@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servoctl import recording
 from servoctl.errors import InputError
-from servoctl.recording import Recorder, read
-from servoctl.signal_stream import SETS, Samples
+from servoctl.link.signal_stream import SETS, Samples
+from servoctl.show import recording
+from servoctl.show.recording import Recorder, read
 
 SIGNALS = SETS["both"]
 COUNT = 5000

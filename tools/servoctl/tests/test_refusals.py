@@ -12,7 +12,7 @@ import pytest
 
 from servoctl import __version__
 from servoctl.errors import InputError
-from servoctl.limits import Limits, Plan
+from servoctl.motion.limits import Limits, Plan
 
 from .conftest import PARAMETERS, Bench
 

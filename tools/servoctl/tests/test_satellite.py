@@ -15,9 +15,19 @@ from sgp4.io import compute_checksum
 from skyfield.api import EarthSatellite, load, wgs84
 
 from servoctl.errors import InputError
-from servoctl.satellite import SEARCH_H, Base, Real, Site, directions, joints_of, next_pass, parse_time, pass_trajectory
-from servoctl.text_file import read_text
-from servoctl.two_lines import TwoLines, choose, is_elements, read_entries
+from servoctl.motion.satellite import (
+    SEARCH_H,
+    Base,
+    Real,
+    Site,
+    directions,
+    joints_of,
+    next_pass,
+    parse_time,
+    pass_trajectory,
+)
+from servoctl.motion.two_lines import TwoLines, choose, is_elements, read_entries
+from servoctl.show.text_file import read_text
 
 LINES = (
     "1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927",

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from servoctl.errors import InputError
-from servoctl.shapes import SHAPES, plan_shape
+from servoctl.motion.shapes import SHAPES, plan_shape
 from servoctl.units import TICK_S
 
 

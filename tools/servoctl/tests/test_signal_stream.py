@@ -13,13 +13,13 @@ from typing import cast
 import numpy as np
 import pytest
 
-from servoctl.borrowed_stream import BorrowedStream
-from servoctl.bus import open_bus, parse_bus
-from servoctl.device import Device
-from servoctl.parameter import AXES
-from servoctl.pdo_loan import PdoLoan, borrowed_identifiers
-from servoctl.recorder import TickGatherer, TickRecorder
-from servoctl.signal_stream import SETS, Samples, SignalStream, sample_period_ms
+from servoctl.identify.recorder import TickGatherer, TickRecorder
+from servoctl.link.borrowed_stream import BorrowedStream
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.link.device import Device
+from servoctl.link.pdo_loan import PdoLoan, borrowed_identifiers
+from servoctl.link.signal_stream import SETS, Samples, SignalStream, sample_period_ms
+from servoctl.objects.parameter import AXES
 from servoctl.units import degrees
 
 from .conftest import PARAMETERS, Bench

@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterator
 import can
 import pytest
 
-from servoctl.bus import open_bus, parse_bus
-from servoctl.slcan_lines import LONGEST, LineReader, parse_line
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.link.slcan_lines import LONGEST, LineReader, parse_line
 
 from .conftest import Bench
 

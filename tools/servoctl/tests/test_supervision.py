@@ -12,10 +12,10 @@ from contextlib import contextmanager
 import can
 import pytest
 
-from servoctl.bus import open_bus, parse_bus
-from servoctl.device import Device
-from servoctl.drive import Drive
-from servoctl.supervision import MONITOR_MS, Supervision
+from servoctl.drive.drive import Drive
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.link.device import Device
+from servoctl.link.supervision import MONITOR_MS, Supervision
 from servoctl.units import RATE_COUNTS_PER_RAD_S
 
 from .conftest import Bench, Eventually

@@ -18,17 +18,17 @@ import numpy as np
 import pytest
 
 from servoctl.errors import InputError
-from servoctl.fault_table import load_faults
-from servoctl.gains_file import parse_gains, read_gains, write_gains
-from servoctl.identified import NAMES, read_identified
-from servoctl.number_table import read_columns
-from servoctl.recorder import Recording
-from servoctl.recorder import read_recording as read_runs
-from servoctl.recording import read as read_recording
-from servoctl.schema import load_schema
-from servoctl.test_plan import LIMIT_FIELDS, read_test_plan
-from servoctl.trajectory import read_trajectory
-from servoctl.two_lines import read_entries
+from servoctl.gains.gains_file import parse_gains, read_gains, write_gains
+from servoctl.identify.identified import NAMES, read_identified
+from servoctl.identify.recorder import Recording
+from servoctl.identify.recorder import read_recording as read_runs
+from servoctl.identify.test_plan import LIMIT_FIELDS, read_test_plan
+from servoctl.motion.trajectory import read_trajectory
+from servoctl.motion.two_lines import read_entries
+from servoctl.objects.fault_table import load_faults
+from servoctl.objects.schema import load_schema
+from servoctl.show.number_table import read_columns
+from servoctl.show.recording import read as read_recording
 
 from .conftest import PACKAGE, PARAMETERS
 from .test_satellite import LINES

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servoctl import trajectory
-from servoctl.cable_wrap import with_turns
+from servoctl.drive.node_limits import Bound, NodeLimits
 from servoctl.errors import InputError
-from servoctl.node_limits import Bound, NodeLimits
-from servoctl.trajectory import AxisLimits, Real, Trajectory, read_trajectory
+from servoctl.motion import trajectory
+from servoctl.motion.cable_wrap import with_turns
+from servoctl.motion.trajectory import AxisLimits, Real, Trajectory, read_trajectory
 
 WIDE = AxisLimits(NodeLimits(Bound(-3.0, "607D:1"), Bound(3.0, "607D:2"), Bound(1.0, "607F (57.3 °/s)")), 1.0, 0.5)
 

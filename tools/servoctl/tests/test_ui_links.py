@@ -14,8 +14,8 @@ import can
 import pytest
 from playwright.sync_api import Browser, Page
 
-from servoctl.bus import open_bus, parse_bus
-from servoctl.parameter import AXES
+from servoctl.link.bus import open_bus, parse_bus
+from servoctl.objects.parameter import AXES
 
 from .conftest import PARAMETERS, SERVERS, Bench, serve
 from .page_bench import (

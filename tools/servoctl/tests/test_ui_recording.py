@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Browser, Page
 
-from servoctl.recording import read
+from servoctl.show.recording import read
 
 from .conftest import Bench
 from .page_bench import (

@@ -8,8 +8,8 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page
 
-from servoctl.parameter import AXES
-from servoctl.pdo_loan import borrowed_identifiers
+from servoctl.link.pdo_loan import borrowed_identifiers
+from servoctl.objects.parameter import AXES
 
 from .conftest import Bench
 from .page_bench import (

@@ -15,9 +15,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from servoctl.cable_wrap import longest_within, with_turns
-from servoctl.node_limits import Bound, NodeLimits
-from servoctl.trajectory import AxisLimits, read_trajectory
+from servoctl.drive.node_limits import Bound, NodeLimits
+from servoctl.motion.cable_wrap import longest_within, with_turns
+from servoctl.motion.trajectory import AxisLimits, read_trajectory
 
 LIMITS = AxisLimits(NodeLimits(Bound(-3.0, "607D:1"), Bound(3.0, "607D:2"), Bound(1.0, "607F")), 10.0, 10.0)
 

@@ -10,9 +10,19 @@ from pathlib import Path
 import click
 import numpy as np
 
-from ..frequency_response import GOOD_COHERENCE, peak_db
-from ..limits import Limits
-from ..loop_test import AMPLITUDE_DEG_S, BIAS_DEG_S, HIGHEST_HZ, LINES, LOWEST_HZ, MOST, PERIODS, MeasuredLoop, loop_stimulus
+from ..gains.frequency_response import GOOD_COHERENCE, peak_db
+from ..gains.loop_test import (
+    AMPLITUDE_DEG_S,
+    BIAS_DEG_S,
+    HIGHEST_HZ,
+    LINES,
+    LOWEST_HZ,
+    MOST,
+    PERIODS,
+    MeasuredLoop,
+    loop_stimulus,
+)
+from ..motion.limits import Limits
 from ..session import Session, common
 from .loop import measure_loop, save_loop
 from .motion import announce, motion_options, new_path, show_files

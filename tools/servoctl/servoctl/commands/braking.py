@@ -10,16 +10,17 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import capture, power
-from ..braking import RESERVE, Stop, analyse_stop, sure_deceleration
-from ..device import Device
-from ..drive import Drive
+from ..drive import power
+from ..drive.drive import Drive
 from ..errors import InputError, MotionError
-from ..limits import Limits, Plan
-from ..live import LiveAxis
-from ..parameter import AXES, AXIS_SHIFT
+from ..gains.tuning import Tuning
+from ..link.device import Device
+from ..motion.braking import RESERVE, Stop, analyse_stop, sure_deceleration
+from ..motion.limits import Limits, Plan
+from ..motion.live import LiveAxis
+from ..objects.parameter import AXES, AXIS_SHIFT
 from ..session import Session, common, unlock_option
-from ..tuning import Tuning
+from ..show import capture
 from ..units import degrees, radians
 from .motion import announce, motion_options, new_path, show_files
 from .quantity import RATE, Quantity, Whole

@@ -10,17 +10,18 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from .. import power, tracking
-from ..camera_fit import CameraFit, Pose, fit_camera
-from ..device import Device
-from ..drive import Drive
+from ..drive import power
+from ..drive.drive import Drive
 from ..errors import InputError, MotionError, Refused
-from ..live import LiveAxis
-from ..moves import check_slew, slew
-from ..parameter import AXES, Parameter, Value
+from ..gains.tuning import Change, Tuning
+from ..link.device import Device
+from ..motion import tracking
+from ..motion.camera_fit import CameraFit, Pose, fit_camera
+from ..motion.live import LiveAxis
+from ..motion.moves import check_slew, slew
+from ..motion.tracking import CameraMapping
+from ..objects.parameter import AXES, Parameter, Value
 from ..session import Session, common
-from ..tracking import CameraMapping
-from ..tuning import Change, Tuning
 from ..units import degrees
 from .motion import confirm, yes_options
 from .quantity import LONGEST_TRAVEL, Quantity

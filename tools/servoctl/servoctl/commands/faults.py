@@ -8,12 +8,12 @@ from typing import Any
 
 import click
 
-from ..fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, snapshot_files, write_snapshots
-from ..fault_state import read_faults, words_data
-from ..fault_table import REACTIONS, FaultTable, find_faults, register_names
-from ..output import Output
-from ..output_files import overwrite_option
+from ..objects.fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, snapshot_files, write_snapshots
+from ..objects.fault_state import read_faults, words_data
+from ..objects.fault_table import REACTIONS, FaultTable, find_faults, register_names
 from ..session import Session, common
+from ..show.output import Output
+from ..show.output_files import overwrite_option
 from ..units import Shown
 
 

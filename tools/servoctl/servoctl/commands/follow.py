@@ -16,27 +16,27 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import power
-from ..cable_wrap import TURNS, longest_within, with_turns
-from ..device import Device
-from ..drive import Drive
+from ..drive import power
+from ..drive.drive import Drive
+from ..drive.node_limits import read_limits
 from ..errors import InputError, MotionError
-from ..live import LiveAxis
-from ..moves import check_slew, slew
-from ..node_limits import read_limits
-from ..pair_stream import PositionStream
-from ..parameter import AXES
+from ..link.device import Device
+from ..link.pair_stream import PositionStream
+from ..motion.cable_wrap import TURNS, longest_within, with_turns
+from ..motion.live import LiveAxis
+from ..motion.moves import check_slew, slew
+from ..motion.trajectory import AxisLimits, Trajectory, read_trajectory
+from ..objects.parameter import AXES
 from ..session import Session, common
-from ..text_file import TextFile, read_text
-from ..trajectory import AxisLimits, Trajectory, read_trajectory
+from ..show.text_file import TextFile, read_text
 from ..units import TICK_S, degrees
 from .following import check_plot, following_options, save_errors
 from .motion import check_pace, confirm
 from .quantity import ANGLE, DURATION, Quantity
 
 if TYPE_CHECKING:
-    from ..satellite import Pass, Site
-    from ..two_lines import TwoLines
+    from ..motion.satellite import Pass, Site
+    from ..motion.two_lines import TwoLines
 
 Real = NDArray[np.float64]
 Limits = dict[int, AxisLimits]
@@ -186,7 +186,7 @@ class Source:
 
 
 def _source(file: TextFile, sky: SkyOptions) -> Source:
-    from ..two_lines import is_elements
+    from ..motion.two_lines import is_elements
 
     return _satellite(file, sky) if is_elements(file) else _from_csv(file, sky)
 
@@ -200,8 +200,8 @@ def _from_csv(file: TextFile, sky: SkyOptions) -> Source:
 
 
 def _satellite(file: TextFile, sky: SkyOptions) -> Source:
-    from ..satellite import Site, parse_time
-    from ..two_lines import choose, read_entries
+    from ..motion.satellite import Site, parse_time
+    from ..motion.two_lines import choose, read_entries
 
     if sky.site is None:
         raise InputError(f"{file.path} has two-line elements: give the place of the tracker, e.g. --site 52.2 21.0 100.")
@@ -219,8 +219,8 @@ def _satellite(file: TextFile, sky: SkyOptions) -> Source:
 
 
 def _pass(chosen: TwoLines, site: Site, sky: SkyOptions, after: datetime, note: str) -> Source:
-    from ..satellite import ENDLESS_S, Base, next_pass, pass_trajectory
-    from ..two_lines import age_days
+    from ..motion.satellite import ENDLESS_S, Base, next_pass, pass_trajectory
+    from ..motion.two_lines import age_days
 
     elements = chosen.satrec()
     longest_s = sky.seconds or ENDLESS_S

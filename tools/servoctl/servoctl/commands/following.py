@@ -11,9 +11,9 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from ..moves import SLEW_RATE_DEG_S
-from ..output_files import overwrite_option, unused
+from ..motion.moves import SLEW_RATE_DEG_S
 from ..session import Session
+from ..show.output_files import overwrite_option, unused
 from .motion import yes_options
 from .quantity import DURATION, FASTEST_RATE
 

@@ -10,14 +10,14 @@ from typing import TypeVar
 
 import click
 
-from .. import gain_set
-from ..device import Device
 from ..errors import ExitCode
-from ..gains_file import describe_difference, read_gains, write_gains
-from ..output_files import overwrite_option, unused
-from ..parameter import AXES, Parameter, Value
+from ..gains import gain_set
+from ..gains.gains_file import describe_difference, read_gains, write_gains
+from ..gains.tuning import set_state
+from ..link.device import Device
+from ..objects.parameter import AXES, Parameter, Value
 from ..session import Session, common, only_axis_option, override_option, unlock_option
-from ..tuning import set_state
+from ..show.output_files import overwrite_option, unused
 from ..units import number
 from .parameters import as_json, show_changes
 

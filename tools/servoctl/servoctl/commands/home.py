@@ -8,14 +8,14 @@ import time
 
 import click
 
-from .. import power
-from ..access_lock import unlocked
-from ..device import Device
-from ..drive import Drive
+from ..drive import power
+from ..drive.drive import Drive
 from ..errors import InputError, MotionError, Refused
-from ..live import LiveAxis
-from ..parameter import AXES, AXIS_SHIFT
-from ..restrictions import ENVELOPE, possible_turns, turn_is_unknown
+from ..link.device import Device
+from ..motion.live import LiveAxis
+from ..objects.access_lock import unlocked
+from ..objects.parameter import AXES, AXIS_SHIFT
+from ..objects.restrictions import ENVELOPE, possible_turns, turn_is_unknown
 from ..session import Session, common, unlock_option
 from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees
 from .motion import confirm, yes_options

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import click
 
-from ..commissioning import Commissioning, check_place
-from ..drive import Drive
+from ..drive.drive import Drive
 from ..errors import ExitCode, InputError
-from ..identification import (
+from ..identify.commissioning import Commissioning, check_place
+from ..identify.identification import (
     FIRST_LOOK,
     Finished,
     Identification,
@@ -24,11 +24,11 @@ from ..identification import (
     read_envelope,
     result_files,
 )
-from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
-from ..output_files import overwrite_option
-from ..parameter import AXES
+from ..identify.identify_program import ENVIRONMENT, IdentifyProgram, find_identify
+from ..identify.test_plan import COLUMNS, TestPlan, as_json, rows_of, summary_of
+from ..objects.parameter import AXES
 from ..session import Session, common
-from ..test_plan import COLUMNS, TestPlan, as_json, rows_of, summary_of
+from ..show.output_files import overwrite_option
 from .motion import new_path
 from .quantity import DEGREES, Quantity
 

@@ -7,9 +7,9 @@ import sys
 
 import click
 
-from ..access_lock import WORD_BYTES, close_lock, lock_state, open_lock, set_word
-from ..device import Device
 from ..errors import InputError
+from ..link.device import Device
+from ..objects.access_lock import WORD_BYTES, close_lock, lock_state, open_lock, set_word
 from ..session import Session, common
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .. import loop_test
-from ..device import Device
-from ..limits import Limits
-from ..loop_test import LoopStimulus, MeasuredLoop
+from ..gains import loop_test
+from ..gains.loop_test import LoopStimulus, MeasuredLoop
+from ..link.device import Device
+from ..motion.limits import Limits
 from ..session import Session
 
 

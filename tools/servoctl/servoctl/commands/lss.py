@@ -13,8 +13,8 @@ import canopen
 import click
 from canopen.lss import LssError, LssMaster
 
-from ..bus import BIT_RATES, BusAddress, open_bus, parse_bus
 from ..errors import ConnectionFailed, ExitCode, InputError, NotVerified, Refused
+from ..link.bus import BIT_RATES, BusAddress, open_bus, parse_bus
 from ..session import Session, common
 from ..units import whole_number
 from .quantity import Whole

@@ -20,16 +20,16 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ..bus import parse_bus
+from ..drive.power import mode_name, state_of, status_flags
 from ..errors import ConnectionFailed, InputError
-from ..fault_table import FaultTable, find_faults
-from ..listener import Listener, Misfit
-from ..output_files import overwrite_option
-from ..parameter import AXES, AXIS_SHIFT, Parameter, Value
-from ..pdo_ears import Ear, hear, mappings_text
-from ..pdo_mapping import EXTENDED
-from ..power import mode_name, state_of, status_flags
+from ..link.bus import parse_bus
+from ..link.listener import Listener, Misfit
+from ..link.pdo_ears import Ear, hear, mappings_text
+from ..link.pdo_mapping import EXTENDED
+from ..objects.fault_table import FaultTable, find_faults
+from ..objects.parameter import AXES, AXIS_SHIFT, Parameter, Value
 from ..session import NameType, Session, axis_option, common
+from ..show.output_files import overwrite_option
 from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, number
 from .parameters import read_or_none
 from .quantity import DURATION, Quantity

@@ -14,16 +14,16 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from ..device import Device
-from ..drive import Drive
+from ..drive.drive import Drive
 from ..errors import InputError
-from ..limits import Limits, Plan
-from ..moves import plan_data
-from ..output_files import unused
-from ..parameter import AXES
-from ..rate_run import RatesRun, send_rates
-from ..rate_run import check_pace as check_pace
+from ..link.device import Device
+from ..motion.limits import Limits, Plan
+from ..motion.moves import plan_data
+from ..motion.rate_run import RatesRun, send_rates
+from ..motion.rate_run import check_pace as check_pace
+from ..objects.parameter import AXES
 from ..session import Session
+from ..show.output_files import unused
 from ..units import TICK_S, degrees
 from .quantity import DURATION, FASTEST_RATE, LONGEST_TRAVEL
 

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import click
 
-from ..drive import Drive
+from ..drive.drive import Drive
 from ..errors import InputError
-from ..limits import Limits
-from ..moves import DEFAULT_RATE_DEG_S, MOST, Report, go_to, plan_run, plan_to, run_at_rate
-from ..parameter import AXES
+from ..motion.limits import Limits
+from ..motion.moves import DEFAULT_RATE_DEG_S, MOST, Report, go_to, plan_run, plan_to, run_at_rate
+from ..objects.parameter import AXES
 from ..session import Session, common
 from ..units import degrees, radians
 from .motion import announce, motion_options

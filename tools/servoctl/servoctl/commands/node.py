@@ -9,17 +9,17 @@ from typing import Any
 import canopen
 import click
 
-from ..axis_state import read_axis
-from ..bus import open_bus, parse_bus
-from ..device import Device
-from ..drive import Drive
+from ..drive.axis_state import read_axis
+from ..drive.drive import Drive
+from ..drive.silent_stop import silent_stop_age_s, silent_stop_text
 from ..errors import ExitCode, InputError
-from ..fault_table import find_faults
-from ..parameter import AXES
-from ..restrictions import BANKS_AS_NEEDED
+from ..gains.tuning import set_state
+from ..link.bus import open_bus, parse_bus
+from ..link.device import Device
+from ..objects.fault_table import find_faults
+from ..objects.parameter import AXES
+from ..objects.restrictions import BANKS_AS_NEEDED
 from ..session import Session, common
-from ..silent_stop import silent_stop_age_s, silent_stop_text
-from ..tuning import set_state
 
 SCAN_LISTEN_S = 1.0
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import click
 
-from ..access_lock import unlocked
-from ..device import Device
 from ..errors import InputError, Refused
-from ..fault_table import find_faults
-from ..parameter import AXES, TYPES, Parameter, Value
-from ..schema import Schema, parse_index
+from ..gains.tuning import APPLY, OVERRIDE, REVERT, UNDO, Change, Tuning, command_set, set_state, staged_axes, undo_last
+from ..link.device import Device
+from ..objects.access_lock import unlocked
+from ..objects.fault_table import find_faults
+from ..objects.parameter import AXES, TYPES, Parameter, Value
+from ..objects.schema import Schema, parse_index
 from ..session import NameType, Session, axis_choice, axis_option, common, override_option, unlock_option
-from ..tuning import APPLY, OVERRIDE, REVERT, UNDO, Change, Tuning, command_set, set_state, staged_axes, undo_last
 from ..units import number
 from .faults import explain_code, show_code
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import click
 
-from .. import capture as recorder
 from ..errors import InputError, MotionError
-from ..parameter import AXES
+from ..objects.parameter import AXES
 from ..session import Session, common
+from ..show import capture as recorder
 from ..units import Shown, parse_quantity
 from .motion import timed_path
 from .quantity import DURATION, LEAD, Quantity

@@ -9,9 +9,9 @@ from pathlib import Path
 import click
 import numpy as np
 
-from ..limits import Limits
+from ..motion.limits import Limits
+from ..motion.step_test import MOST, SETPOINT_TICKS, StepRecord, cut_steps, disturbed_text, plan_step
 from ..session import Session, common
-from ..step_test import MOST, SETPOINT_TICKS, StepRecord, cut_steps, disturbed_text, plan_step
 from ..units import TICK_S, degrees
 from .motion import announce, motion_options, new_path, run_rates, show_files
 from .quantity import DURATION, RATE

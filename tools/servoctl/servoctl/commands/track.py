@@ -12,16 +12,16 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import tracking
-from ..cable_wrap import AZIMUTH
-from ..device import Device
 from ..errors import InputError
-from ..live import LiveAxis
-from ..pair_stream import ErrorStream
-from ..parameter import AXES
+from ..link.device import Device
+from ..link.pair_stream import ErrorStream
+from ..motion import tracking
+from ..motion.cable_wrap import AZIMUTH
+from ..motion.live import LiveAxis
+from ..motion.track_run import Record, check_cue, follow_target
+from ..motion.tracking import NOT_TRACKING, ON_TARGET, PICTURE_WRONG, SEARCHING, STATES
+from ..objects.parameter import AXES
 from ..session import Session, common
-from ..track_run import Record, check_cue, follow_target
-from ..tracking import NOT_TRACKING, ON_TARGET, PICTURE_WRONG, SEARCHING, STATES
 from ..units import degrees
 from .following import check_plot, following_options, save_errors
 from .motion import confirm

@@ -11,17 +11,17 @@ from pathlib import Path
 
 import click
 
-from .. import tune_run
-from ..access_lock import need_unlock
-from ..drive import Drive
+from ..drive.drive import Drive
 from ..errors import ExitCode
-from ..identified import read_identified
-from ..identify_program import IdentifyProgram, find_identify
-from ..loop_test import AMPLITUDE_DEG_S, BIAS_DEG_S, HIGHEST_HZ, LINES, LOWEST_HZ, PERIODS, loop_stimulus
-from ..output_files import overwrite_option
-from ..parameter import AXES
+from ..gains import tune_run
+from ..gains.loop_test import AMPLITUDE_DEG_S, BIAS_DEG_S, HIGHEST_HZ, LINES, LOWEST_HZ, PERIODS, loop_stimulus
+from ..gains.tune_run import LIMITS, REQUIREMENT_KEYS, Proposal, Tried, check_reach, predicted_text, propose
+from ..identify.identified import read_identified
+from ..identify.identify_program import IdentifyProgram, find_identify
+from ..objects.access_lock import need_unlock
+from ..objects.parameter import AXES
 from ..session import Session, common, unlock_option
-from ..tune_run import LIMITS, REQUIREMENT_KEYS, Proposal, Tried, check_reach, predicted_text, propose
+from ..show.output_files import overwrite_option
 from ..units import rounded
 from .gains import read_all, store_with_backup
 from .identify import PROGRAM

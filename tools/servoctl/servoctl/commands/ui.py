@@ -9,8 +9,8 @@ from pathlib import Path
 
 import click
 
-from ..bus import ENVIRONMENT, FORMS
 from ..errors import InputError
+from ..link.bus import ENVIRONMENT, FORMS
 from ..session import Session, common
 from .quantity import Whole
 

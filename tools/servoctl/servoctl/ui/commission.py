@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import power, tune_run
-from ..access_lock import need_unlock
-from ..commissioning import Commissioning, check_place
-from ..device import Device
-from ..drive import Drive
+from ..drive import power
+from ..drive.drive import Drive
 from ..errors import InputError, MotionError
-from ..frequency_response import branch
-from ..friction_curves import DIRECTIONS, Legs, friction_points, legs, steady_friction_nm
-from ..identification import (
+from ..gains import tune_run
+from ..gains.frequency_response import branch
+from ..gains.loop_model import Complex
+from ..gains.loop_test import LINES, LOWEST_HZ, LoopStimulus, loop_stimulus, measure_loop
+from ..identify.commissioning import Commissioning, check_place
+from ..identify.identification import (
     FIRST_LOOK,
     FIRST_LOOK_RESULT,
     MAIN,
@@ -37,16 +37,17 @@ from ..identification import (
     read_envelope,
     read_progress,
 )
-from ..identified import Identified, read_identified
-from ..identify_program import IdentifyProgram, find_identify, read_json
-from ..journal import state_folder
-from ..loop_model import Complex
-from ..loop_test import LINES, LOWEST_HZ, LoopStimulus, loop_stimulus, measure_loop
-from ..moves import plan_data
-from ..number_table import read_columns
-from ..parameter import AXES
-from ..recorded_signals import RecordedSignals
-from ..test_plan import COLUMNS, Envelope, as_json, rows_of, summary_of
+from ..identify.identified import Identified, read_identified
+from ..identify.identify_program import IdentifyProgram, find_identify, read_json
+from ..identify.recorded_signals import RecordedSignals
+from ..identify.test_plan import COLUMNS, Envelope, as_json, rows_of, summary_of
+from ..link.device import Device
+from ..motion.moves import plan_data
+from ..objects.access_lock import need_unlock
+from ..objects.journal import state_folder
+from ..objects.parameter import AXES
+from ..show.friction_curves import DIRECTIONS, Legs, friction_points, legs, steady_friction_nm
+from ..show.number_table import read_columns
 from ..units import degrees, number, radians
 
 if TYPE_CHECKING:

@@ -23,22 +23,25 @@ from typing import Any
 
 import can
 
-from .. import capture, power, recording, restrictions, tracking
-from ..axis_state import read_axis
-from ..can_bits import frame_bits
-from ..device import Device
-from ..drive import QUICK_STOP_ACTIVE, Drive
+from ..drive import power
+from ..drive.axis_state import read_axis
+from ..drive.drive import QUICK_STOP_ACTIVE, Drive
+from ..drive.node_limits import limits_data, read_limits
 from ..errors import ConnectionFailed, InputError, MotionError, Refused, ServoctlError
-from ..fault_table import FaultTable, find_faults
-from ..interrupts import deaf
-from ..loop_test import MeasuredLoop
-from ..node_limits import limits_data, read_limits
-from ..parameter import AXES
-from ..recorded_signals import RecordedSignals
-from ..recording import Recorder
-from ..signal_stream import SETS, Samples, Signal, SignalStream
-from ..stop_frames import StopFrames
-from ..tuning import set_state
+from ..gains.loop_test import MeasuredLoop
+from ..gains.tuning import set_state
+from ..identify.recorded_signals import RecordedSignals
+from ..link.can_bits import frame_bits
+from ..link.device import Device
+from ..link.interrupts import deaf
+from ..link.signal_stream import SETS, Samples, Signal, SignalStream
+from ..link.stop_frames import StopFrames
+from ..motion import tracking
+from ..objects import restrictions
+from ..objects.fault_table import FaultTable, find_faults
+from ..objects.parameter import AXES
+from ..show import capture, recording
+from ..show.recording import Recorder
 from ..units import degrees
 from .held_axis import HeldAxis
 from .jobs import Jobs

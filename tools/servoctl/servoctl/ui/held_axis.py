@@ -5,16 +5,16 @@ from __future__ import annotations
 
 import time
 
-from .. import power
-from ..device import Device
-from ..drive import STANDSTILL_RAD_S
+from ..drive import power
+from ..drive.drive import STANDSTILL_RAD_S
+from ..drive.node_limits import read_limits
 from ..errors import MotionError
-from ..limits import Limits, Plan
-from ..live import LiveAxis
-from ..moves import longest_s, plan_to
-from ..node_limits import read_limits
-from ..supervision import STRICT_MONITOR_MS
-from ..tracking import begin_following, end_following
+from ..link.device import Device
+from ..link.supervision import STRICT_MONITOR_MS
+from ..motion.limits import Limits, Plan
+from ..motion.live import LiveAxis
+from ..motion.moves import longest_s, plan_to
+from ..motion.tracking import begin_following, end_following
 from ..units import degrees
 
 ANY = Limits(float("inf"), float("inf"), float("inf"), by_options=False)

@@ -11,29 +11,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import capture, gain_set, power, tracking
-from ..access_lock import lock_state
-from ..cable_wrap import AZIMUTH, lasting_cue
-from ..device import Device
-from ..drive import Drive
+from ..drive import power
+from ..drive.drive import Drive
+from ..drive.node_limits import limits_data, read_limits
 from ..errors import InputError, MotionError
-from ..fault_log import as_json, read_log
-from ..fault_state import read_faults
-from ..fault_table import find_faults
-from ..frequency_response import branch, margins, peak_db
-from ..gains_file import GainsFile, gains_text
-from ..limits import Limits, Plan
-from ..loop_model import Complex, read_gains
-from ..loop_test import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
-from ..moves import plan_data, plan_to
-from ..node_limits import limits_data, read_limits
-from ..parameter import AXES, Parameter, Value
-from ..rate_run import Progress, send_rates
-from ..schema import Schema
-from ..shapes import SETPOINT_TICKS as SHAPE_TICKS
-from ..shapes import plan_shape
-from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, disturbed_text, plan_step
-from ..tuning import REVERT, SetState, Tuning, command_set, set_state, undo_last
+from ..gains import gain_set
+from ..gains.frequency_response import branch, margins, peak_db
+from ..gains.gains_file import GainsFile, gains_text
+from ..gains.loop_model import Complex, read_gains
+from ..gains.loop_test import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
+from ..gains.tuning import REVERT, SetState, Tuning, command_set, set_state, undo_last
+from ..link.device import Device
+from ..motion import tracking
+from ..motion.cable_wrap import AZIMUTH, lasting_cue
+from ..motion.limits import Limits, Plan
+from ..motion.moves import plan_data, plan_to
+from ..motion.rate_run import Progress, send_rates
+from ..motion.shapes import SETPOINT_TICKS as SHAPE_TICKS
+from ..motion.shapes import plan_shape
+from ..motion.step_test import SETPOINT_TICKS, StepRecord, cut_steps, disturbed_text, plan_step
+from ..objects.access_lock import lock_state
+from ..objects.fault_log import as_json, read_log
+from ..objects.fault_state import read_faults
+from ..objects.fault_table import find_faults
+from ..objects.parameter import AXES, Parameter, Value
+from ..objects.schema import Schema
+from ..show import capture
 from ..units import TICK_S, Shown, degrees, number, radians
 from .commission import Commission
 from .held_axis import ANY, HeldAxis, follow

@@ -31,12 +31,12 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from .. import recording
 from ..errors import InputError, ServoctlError
-from ..gains_file import MAX_BYTES, GainsFile, parse_gains
-from ..parameter import AXES
-from ..signal_stream import Samples
-from ..text_file import text_of
+from ..gains.gains_file import MAX_BYTES, GainsFile, parse_gains
+from ..link.signal_stream import Samples
+from ..objects.parameter import AXES
+from ..show import recording
+from ..show.text_file import text_of
 from . import commission
 from .access import COOKIE, Access
 from .engine import Engine, Order, file_error, internal, is_of_a_file
