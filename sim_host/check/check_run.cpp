@@ -9,8 +9,9 @@
 
 #include "base/job_pool.hpp"
 #include "check/drive_case.hpp"
-#include "check/host_device.hpp"
 #include "check/loop_figures.hpp"
+#include "device/simulated_device.hpp"
+#include "device/tracking_run.hpp"
 #include "run/scenario_run.hpp"
 #include "studies/shared/study.hpp"
 
@@ -28,24 +29,37 @@ struct Outcome {
 
 using Job = std::function<Outcome()>;
 
-servo_params params_of_device(const CheckPlan& plan) {
-  HostDevice device(plan.plant, 1, {0.0, 0.0});
+// What a device has in force with the gains of the plan.
+struct InForce {
+  servo_params params;
+  std::array<axis_parameters, kAxes> parameters;
+};
+
+InForce in_force(const CheckPlan& plan) {
+  const SimulatedDevice *made = nullptr;
+  const DeviceMaker make = [&made](const auto& plant, auto& bus, std::uint64_t seed, const auto& joint_angle_rad) {
+    std::unique_ptr<Device> device = make_simulated_device(plant, bus, seed, joint_angle_rad);
+    made = static_cast<const SimulatedDevice *>(device.get());
+    return device;
+  };
+  CheckedDevice device(make, plan.plant, 1, {0.0, 0.0});
   apply_gains(device, plan.gains);
-  return device.node().node().board.app.params;
+  const servo_node& node = made->node();
+  return {node.board.app.params, {node.axis[kAzimuth].tuning.active, node.axis[kPitch].tuning.active}};
 }
 
-Study study_of(const CheckPlan& plan, const ScenarioConfig& scenario, const servo_params& params) {
+Study study_of(const CheckPlan& plan, const ScenarioConfig& scenario, const InForce& gains) {
   Study study;
   study.experiment = scenario.name;
   study.plant = plan.plant;
   study.scenario = scenario;
-  study.tracker = params.axis[kAzimuth].tracker.kind;
+  study.tracker = gains.params.axis[kAzimuth].tracker.kind;
   return study;
 }
 
-Outcome tracking_outcome(const CheckPlan& plan, const Study& study, const StudyCase& study_case,
-                         const servo_params& params, std::size_t seed) {
-  const Trace trace = run_scenario({&plan.plant, &study.scenario, 0.0, params, plan.seeds[seed]});
+Outcome tracking_outcome(const CheckPlan& plan, const Study& study, const StudyCase& study_case, const InForce& gains,
+                         std::size_t seed) {
+  const Trace trace = run_tracking(NodeSetup(plan.plant, gains.parameters), study.scenario, plan.seeds[seed]);
   return {study.scenario.name, study_case.name, seed, measure(study, study_case, trace), std::nullopt};
 }
 
@@ -64,9 +78,8 @@ std::vector<Figure> figures_of_trace(const CheckPlan& plan, const Study& study, 
 Outcome driven_outcome(const CheckPlan& plan, const Study& study, const StudyCase& study_case, std::size_t seed) {
   Trace trace;
   for (const ScenarioConfig& run : runs_of(study.scenario)) {
-    const std::unique_ptr<CheckedDevice> device =
-        plan.make_device(plan.plant, plan.seeds[seed], run.initial_joint_angle_rad);
-    DrivenCase driven = drive_case(*device, plan.plant, run, study_case.speed_rad_s, plan.gains);
+    CheckedDevice device(plan.make_device, plan.plant, plan.seeds[seed], run.initial_joint_angle_rad);
+    DrivenCase driven = drive_case(device, plan.plant, run, study_case.speed_rad_s, plan.gains);
     if (driven.failure) {
       return {study.scenario.name, study_case.name, seed, figures_of_trace(plan, study, study_case, {}),
               driven.failure};
@@ -76,12 +89,12 @@ Outcome driven_outcome(const CheckPlan& plan, const Study& study, const StudyCas
   return {study.scenario.name, study_case.name, seed, figures_of_trace(plan, study, study_case, trace), std::nullopt};
 }
 
-void add_scenario_jobs(std::vector<Job>& jobs, const CheckPlan& plan, const Study& study, const servo_params& params) {
+void add_scenario_jobs(std::vector<Job>& jobs, const CheckPlan& plan, const Study& study, const InForce& gains) {
   for (const StudyCase& study_case : cases_of(study)) {
     for (std::size_t seed = 0; seed < plan.seeds.size(); ++seed) {
       if (study.scenario.kind == ScenarioKind::kTracking) {
         jobs.emplace_back(
-            [=, &plan, &study, &params] { return tracking_outcome(plan, study, study_case, params, seed); });
+            [=, &plan, &study, &gains] { return tracking_outcome(plan, study, study_case, gains, seed); });
       } else {
         jobs.emplace_back([=, &plan, &study] { return driven_outcome(plan, study, study_case, seed); });
       }
@@ -140,7 +153,7 @@ class FigureTable {
 }  // namespace
 
 void refuse_impossible(const CheckPlan& plan) {
-  (void)params_of_device(plan);
+  (void)in_force(plan);
   for (const ScenarioConfig& scenario : plan.scenarios) {
     if (!plan.only_device) {
       continue;
@@ -161,9 +174,9 @@ std::vector<CheckFigure> figures_of(const CheckPlan& plan) {
   for (const LoopCase& loop : plan.only_device ? std::vector<LoopCase>{} : loop_cases()) {
     table.add({kLoopScenario, loop.name, 0, unknown_loop_figures(loop), std::nullopt});
   }
-  const servo_params params = params_of_device(plan);
+  const InForce gains = in_force(plan);
   for (const ScenarioConfig& scenario : plan.scenarios) {
-    const Study study = study_of(plan, scenario, params);
+    const Study study = study_of(plan, scenario, gains);
     for (const StudyCase& study_case : cases_of(study)) {
       table.add({scenario.name, study_case.name, 0, figures_of_trace(plan, study, study_case, {}), std::nullopt});
     }
@@ -173,17 +186,17 @@ std::vector<CheckFigure> figures_of(const CheckPlan& plan) {
 
 std::vector<CheckFigure> run_check(const CheckPlan& plan,
                                    const std::function<void(int, int, const std::string&)>& progress) {
-  const servo_params params = params_of_device(plan);
+  const InForce gains = in_force(plan);
   std::vector<Study> studies;
   for (const ScenarioConfig& scenario : plan.scenarios) {
-    studies.push_back(study_of(plan, scenario, params));
+    studies.push_back(study_of(plan, scenario, gains));
   }
   std::vector<Job> jobs;
   if (!plan.only_device) {
-    add_loop_jobs(jobs, plan, params);
+    add_loop_jobs(jobs, plan, gains.params);
   }
   for (const Study& study : studies) {
-    add_scenario_jobs(jobs, plan, study, params);
+    add_scenario_jobs(jobs, plan, study, gains);
   }
   std::vector<Outcome> outcomes(jobs.size());
   JobPool pool(plan.threads, static_cast<int>(jobs.size()), progress);

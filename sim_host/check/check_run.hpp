@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "check/device.hpp"
+#include "check/checked_device.hpp"
 #include "check/figure.hpp"
 #include "check/gains_file.hpp"
 #include "config/scenario_config.hpp"

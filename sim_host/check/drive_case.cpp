@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "run/scenario_run.hpp"
 
@@ -25,14 +26,14 @@ TraceRow row_of(const CheckedDevice& device, const TruthState& truth, const Scen
     const auto i = static_cast<std::size_t>(axis);
     AxisRow& of_axis = row.axis[i];
     of_axis.reference_rad_s =
-        set_point_rad_s(scenario, axis, speed_rad_s, time_s - kTick_s * device.set_point_delay_ms());
+        set_point_rad_s(scenario, axis, speed_rad_s, time_s - kTick_s * device.device().set_point_delay_ms());
     of_axis.rate_rad_s = truth.inertial_rate_rad_s[i];
     of_axis.joint_rate_rad_s = truth.joint_rate_rad_s[i];
     of_axis.joint_angle_rad = truth.joint_angle_rad[i];
     of_axis.torque_nm = truth.motor_torque_nm[i];
     of_axis.friction_nm = truth.friction_torque_nm[i];
     of_axis.load_nm = truth.load_torque_nm[i];
-    of_axis.command_nm = device.torque_command_nm(axis);
+    of_axis.command_nm = device.device().torque_command_nm(axis).value_or(std::numeric_limits<double>::quiet_NaN());
   }
   return row;
 }
@@ -55,10 +56,10 @@ DrivenCase drive_case(CheckedDevice& device, const PlantConfig& plant, const Sce
     for (int axis = 0; axis < kAxes; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
       rate_rad_s[i] = set_point_rad_s(scenario, axis, speed_rad_s, time_s);
-      device.disturb(axis, scenario.axes[i] ? disturbance_nm(plant, scenario, axis, time_s) : 0.0);
+      device.device().disturb(axis, scenario.axes[i] ? disturbance_nm(plant, scenario, axis, time_s) : 0.0);
     }
     device.command(rate_rad_s);
-    const TruthState truth = device.truth();
+    const TruthState truth = device.device().truth();
     device.pass_ms();
     driven.trace.push_back(row_of(device, truth, scenario, speed_rad_s, time_s));
     if (const std::optional<std::string> failure = device.failure()) {

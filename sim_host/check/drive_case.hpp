@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "check/device.hpp"
+#include "check/checked_device.hpp"
 #include "check/gains_file.hpp"
 #include "config/scenario_config.hpp"
 #include "run/trace.hpp"

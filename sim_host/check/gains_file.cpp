@@ -11,8 +11,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "check/host_device.hpp"
 #include "config/toml_reader.hpp"
+#include "device/driven_node.hpp"
 #include "dictionary/parameter_names.hpp"
 #include "dictionary/refusal_text.hpp"
 
@@ -60,8 +60,9 @@ class GainsReader {
  public:
   GainsReader(const std::filesystem::path& file, const PlantConfig& plant)
       : reader_(file),
-        device_(plant, 1, {0.0, 0.0}),
-        tunable_(tunable_parameters(*servo_node_dictionary(&device_.node().node()))) {
+        setup_(product_setup(plant)),
+        node_(setup_, 1, {0.0, 0.0}),
+        tunable_(tunable_parameters(*servo_node_dictionary(&node_.node()))) {
     gains_.file = file;
     gains_.lines = reader_.lines();
   }
@@ -144,7 +145,8 @@ class GainsReader {
   }
 
   TomlReader reader_;
-  HostDevice device_;  // only for its dictionary; it does not run
+  NodeSetup setup_;
+  DrivenNode node_;  // only for its dictionary; it does not run
   Tunable tunable_;
   Gains gains_;
 };

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "check/device.hpp"
+#include "check/checked_device.hpp"
 #include "config/source_lines.hpp"
 
 namespace trackservo::sim {

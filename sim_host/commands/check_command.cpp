@@ -12,7 +12,6 @@
 #include "board_program.hpp"
 #include "check/check_report.hpp"
 #include "check/check_run.hpp"
-#include "check/host_device.hpp"
 #include "check/results_file.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
@@ -96,7 +95,7 @@ CheckPlan plan_of(const CheckOptions& options, const ImageDevices& image_devices
   refuse_repeated_seeds(plan.seeds);
   plan.threads = options.threads;
   plan.only_device = !options.image.empty();
-  plan.make_device = plan.only_device ? image_devices(options.image) : make_host_device;
+  plan.make_device = plan.only_device ? image_devices(options.image) : make_simulated_device;
   refuse_impossible(plan);
   return plan;
 }

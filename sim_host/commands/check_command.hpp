@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "check/device.hpp"
+#include "check/checked_device.hpp"
 
 namespace trackservo::sim {
 

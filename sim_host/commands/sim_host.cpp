@@ -7,7 +7,6 @@
 //   sim_host beliefs --out DIR
 //   sim_host random-plants --plant FILE --out DIR
 //   sim_host base-motion --out DIR
-//   sim_host passes --out DIR
 //   sim_host node-tracking --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
@@ -134,19 +133,20 @@ int run(const RunOptions& options) {
   }
   const std::vector<sim::StudyCase> cases = sim::cases_of(study);
   refuse_existing_csv(options, cases);
-  servo_params params = sim::checked_design(study, sim::controller_spec(options.controller),
-                                            sim::design_options(study, options.seed, options.friction_parameter_error));
+  sim::RunChoice choice;
+  choice.controller = &sim::controller_spec(options.controller);
+  choice.friction = study.plant.friction_model;
+  choice.seed = options.seed;
+  choice.friction_parameter_error = options.friction_parameter_error;
+  sim::checked_design(study, *choice.controller,
+                      sim::design_options(study, options.seed, options.friction_parameter_error));
   if (options.controller == "pi_best") {
-    const sim::PiRequirement best = sim::best_pi(study);
-    for (int axis = 0; axis < sim::kAxes; ++axis) {
-      sim::set_pi(params, axis, best);
-    }
+    choice.pi = sim::best_pi(study);
   }
   print_assumption(options);
   int code = 0;
   for (const sim::StudyCase& study_case : cases) {
-    const sim::Trace trace =
-        sim::run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, options.seed});
+    const sim::Trace trace = sim::run_case(study, study_case, choice);
     for (const sim::Figure& figure : sim::measure(study, study_case, trace)) {
       fmt::print("{:<18} {:<9} {:<20} {}\n", study_case.name, sim::axis_name(figure.axis), figure.metric,
                  value_text(figure));
@@ -310,7 +310,6 @@ int main(int argc, char **argv) {
   sim::add_assumed_plants(app);
   sim::add_random_plants(app);
   sim::add_base_motion(app);
-  sim::add_passes(app);
   sim::add_node_tracking(app);
   add_bench(app);
   sim::add_serve(app, code, arguments, serve_board);

@@ -20,7 +20,6 @@
 #include "studies/random_plants/random_plants_report.hpp"
 #include "studies/shared/assumed_plant_file.hpp"
 #include "studies/shared/experiment.hpp"
-#include "studies/straight_passes/straight_passes.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -182,25 +181,6 @@ void base_motion(const BaseMotionOptions& options) {
               [&](const std::filesystem::path& file) { write_base_motion(setup, study, TRACKSERVO_GIT, file); });
 }
 
-struct PassesOptions {
-  PassesSetup setup;
-  std::filesystem::path plant = data_folder() / "plants/tracker.toml";
-  std::filesystem::path out_dir;
-};
-
-void passes(const PassesOptions& options) {
-  PassesSetup setup = options.setup;
-  refuse_repeated_seeds(setup.seeds);
-  setup.plant = load_plant(options.plant);
-  setup.scenario = load_scenario(data_folder() / "studies/straight_passes/scenario.toml");
-  start_progress();
-  const std::vector<PassResult> results = run_passes(setup, show_progress);
-  print(setup, results);
-  write_study({"sim_host passes", TRACKSERVO_GIT, setup.plant.name}, requirements_of_all(results), options.out_dir,
-              "passes.json",
-              [&](const std::filesystem::path& file) { write_passes(setup, results, TRACKSERVO_GIT, file); });
-}
-
 struct NodeTrackingOptions {
   NodeTrackingSetup setup;
   std::filesystem::path plant = data_folder() / "plants/tracker.toml";
@@ -312,6 +292,7 @@ void add_node_tracking(CLI::App& app) {
   auto options = std::make_shared<NodeTrackingOptions>();
   CLI::App *command = app.add_subcommand(
       "node-tracking", "study tracking in the running node: camera frames over CAN, both axes in mode -1");
+  command->alias("passes");  // which had a study of its own
   OutputFiles outputs(*command);
   outputs.input("--plant", options->plant, "plant file (TOML)");
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
@@ -332,19 +313,6 @@ void add_base_motion(CLI::App& app) {
   outputs.folder("--out", options->out_dir, "folder for base_motion.json, and of the results.json that gets the rows",
                  {"base_motion.json"});
   command->callback([options] { base_motion(*options); });
-}
-
-void add_passes(CLI::App& app) {
-  auto options = std::make_shared<PassesOptions>();
-  CLI::App *command = app.add_subcommand(
-      "passes", "study straight passes over the tracker: line-of-sight error with one tracking loop for both axes");
-  OutputFiles outputs(*command);
-  outputs.input("--plant", options->plant, "plant file (TOML)");
-  command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
-  add_threads(*command, options->setup.threads);
-  outputs.folder("--out", options->out_dir, "folder for passes.json, and of the results.json that gets the rows",
-                 {"passes.json"});
-  command->callback([options] { passes(*options); });
 }
 
 }  // namespace trackservo::sim

@@ -11,7 +11,6 @@ void add_experiments(CLI::App& app);
 void add_assumed_plants(CLI::App& app);
 void add_random_plants(CLI::App& app);
 void add_base_motion(CLI::App& app);
-void add_passes(CLI::App& app);
 void add_node_tracking(CLI::App& app);
 
 }  // namespace trackservo::sim

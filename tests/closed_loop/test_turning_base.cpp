@@ -237,7 +237,7 @@ void test_what_makes_no_sense_on_a_turning_base_is_refused_with_its_reason() {
   TEST_ASSERT_EQUAL_STRING("", refusal_of([&] { (void)sim::check_scenario(plant, per_axis); }).c_str());
   plant.base_motion = {{sim::BaseAxis::kRoll, 0.2, 0.01, 0.0}};
   const std::string refused = refusal_of([&] { (void)sim::check_scenario(plant, per_axis); });
-  TEST_ASSERT_NOT_NULL_MESSAGE(std::strstr(refused.c_str(), "each axis by itself"), refused.c_str());
+  TEST_ASSERT_NOT_NULL_MESSAGE(std::strstr(refused.c_str(), "each joint by itself"), refused.c_str());
   plant.axis[sim::kPitch].gyro.mounting = sim::GyroMounting::kBase;
   const std::string gyro = refusal_of([&] { (void)sim::design_controller(plant, sim::controller_spec("pi"), {}); });
   TEST_ASSERT_NOT_NULL_MESSAGE(std::strstr(gyro.c_str(), "pitch.gyro.mounting"), gyro.c_str());

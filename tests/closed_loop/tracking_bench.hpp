@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tracker and the paper's fly-by, for tests of tracking in the running node (studies/shared/tracking_node.hpp).
+// The tracker and the paper's fly-by, for tests of tracking in the running node (device/tracking_node.hpp).
 #ifndef TRACKSERVO_TESTS_CLOSED_LOOP_TRACKING_BENCH_HPP
 #define TRACKSERVO_TESTS_CLOSED_LOOP_TRACKING_BENCH_HPP
 
-#include "studies/shared/tracking_node.hpp"
+#include "analysis/error_spread.hpp"
+#include "device/tracking_node.hpp"
 
 namespace bench {
 

@@ -35,7 +35,6 @@ WRITERS = [
     ("sim_host random-plants --plant PLANT", "--out", "random_plants.csv"),
     ("sim_host random-plants --plant PLANT", "--out", "identification/tracker-pitch/residuals.csv"),
     ("sim_host base-motion --plant PLANT", "--out", "base_motion.json"),
-    ("sim_host passes --plant PLANT", "--out", "passes.json"),
     ("sim_host node-tracking --plant PLANT", "--out", "node_tracking.json"),
     (f"identify plan {RANGE} --identified PLANT", "--json", None),
     ("identify fit PLANT", "--json", None),
@@ -48,7 +47,7 @@ WRITERS = [
 KEPT = {("sim_host serve", "--flash"), ("sim_host random-plants", "--log"), ("sim_host random-plants", "--identified")}
 INPUTS = {
     *((f"sim_host {command}", "--plant") for command in (
-        "run", "identify", "random-plants", "base-motion", "passes", "node-tracking", "serve", "attack", "faults", "soak", "check", "gains")),
+        "run", "identify", "random-plants", "base-motion", "node-tracking", "serve", "attack", "faults", "soak", "check", "gains")),
     *((f"sim_host {command}", "--scenario") for command in ("run", "faults", "check")),
     *((f"sim_host {command}", "--data") for command in ("experiments", "identification-value", "random-plants", "bench", "check")),
     ("sim_host random-plants", "--merge"), ("sim_host serve", "--image"), ("sim_host serve", "--target"), ("sim_host check", "--gains"),

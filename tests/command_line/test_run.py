@@ -90,7 +90,7 @@ def test_shipped_runs_are_good(plant, scenario, controller):
     assert (done.returncode, done.stderr) == (GOOD, "")
 
 
-@pytest.mark.parametrize("command", ["experiments", "beliefs", "random-plants", "passes", "faults", "soak", "attack"])
+@pytest.mark.parametrize("command", ["experiments", "beliefs", "random-plants", "passes", "node-tracking", "faults", "soak", "attack"])
 def test_threads_are_one_per_processor_everywhere(command):
     page = subprocess.run([SIM_HOST, command, "--help"], capture_output=True, text=True, check=True).stdout
     processors = min(64, len(os.sched_getaffinity(0)))

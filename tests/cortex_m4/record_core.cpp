@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// record_core FOLDER: runs 20 s of each experiment, both axes with everything on, and writes inputs and outputs of the
-// servo core as FOLDER/EXPERIMENT.trace, for replay_core on another machine.
+// record_core FOLDER: runs 20 s of each experiment with speeds, both axes with everything on, and writes inputs and
+// outputs of the servo core as FOLDER/EXPERIMENT.trace, for replay_core on another machine.
 //
 // The linker redirects four functions to this program (--wrap), so the simulator runs unchanged.
 #include <array>
@@ -103,7 +103,6 @@ sim::Study study_of(const std::string& experiment) {
   study.experiment = experiment;
   study.plant = sim::load_plant("sim_host/plants/tracker.toml");
   study.scenario = sim::load_scenario("sim_host/scenarios/" + experiment + ".toml");
-  study.tracker = TRACKER_PREDICTIVE;
   return study;
 }
 
@@ -116,7 +115,7 @@ int main(int argc, char **argv) {
   }
   try {
     std::filesystem::create_directories(argv[1]);
-    for (const char *experiment : {"sine", "steady_speed", "low_speed_start", "step_disturbed", "tracking"}) {
+    for (const char *experiment : {"sine", "steady_speed", "low_speed_start", "step_disturbed"}) {
       record(study_of(experiment), argv[1]);
     }
   } catch (const std::exception& error) {

@@ -69,7 +69,7 @@ def test_time_and_build_are_reported_while_they_last_and_all_results_are_made(de
     assert re.match(r"On \d+ idle cores: a first build takes (\d+ to )?\d+ min, the experiments take (\d+ to )?\d+ min, ", text)
     while_building = (demo / "output.txt.while_building").read_text(encoding="utf-8")
     assert re.search(r"\[ 95 %\] 19 of 20 steps, linking; about \d+ s left\n", while_building)
-    for study in ("passes", "base-motion"):
+    for study in ("node-tracking", "base-motion"):
         assert f"sim_host {study} --out build/results" in text
 
 

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "board_steps.hpp"
+#include "device/tracking_node.hpp"
 #include "rig.hpp"
-#include "studies/shared/tracking_node.hpp"
 #include "support/moving_target.hpp"
 #include "support/test_size.h"
 #include "support/turned_picture.hpp"

@@ -26,7 +26,27 @@ bool is_for_this_chip(const Image& image) {
   return in_ram && reset % 2 == 1 && reset > 0x08000000 && reset < 0x08000000 + image.size();
 }
 
+constexpr int kBoot_ms = 320;
+// From the node's tick to the set-points: they need 0.13 ms, and have arrived before the tick that takes them. A
+// set-point that comes 0.9 ms later costs 1 mdeg/s of a sine's rms error.
+constexpr double kSetPointPhase_s = 0.8e-3;
+
 }  // namespace
+
+bool BoardDevice::settle() {
+  for (int ms = 0; ms < kBoot_ms; ++ms) {
+    pass_ms();
+  }
+  return machine_.run_after_tick(kSetPointPhase_s);
+}
+
+std::optional<std::string> BoardDevice::defect() const {
+  if (machine_.chip().resets() > 0) {
+    return "the board has reset";
+  }
+  const std::vector<std::string>& violations = machine_.chip().violations.list();
+  return violations.empty() ? std::nullopt : std::optional("violation of the chip's rules: " + violations.front());
+}
 
 Image read_image(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "board/board_machine.hpp"
@@ -32,6 +34,9 @@ class BoardDevice : public sim::Device {
   sim::TruthState truth() const override { return machine_.truth(); }
   void strobe() override { machine_.strobe(); }
   std::array<std::uint8_t, sim::kAxes> tracking() const override { return tracking_.states(); }
+  bool settle() override;
+  int set_point_delay_ms() const override { return 2; }  // the tick that takes the frame, and one of interpolation
+  std::optional<std::string> defect() const override;
 
   BoardMachine& machine() { return machine_; }
   const BoardMachine& machine() const { return machine_; }

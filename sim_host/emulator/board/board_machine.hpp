@@ -44,6 +44,7 @@ class BoardMachine {
   double time_s() const { return seconds_of(chip_.timeline.now()); }
 
   Stm32g474& chip() { return chip_; }
+  const Stm32g474& chip() const { return chip_; }
   BissEncoder& encoder(int axis) { return encoder_[static_cast<std::size_t>(axis)]; }
   FibreGyro& gyro(int axis) { return gyro_[static_cast<std::size_t>(axis)]; }
   sim::TruthState truth() const { return tracker_.truth(); }

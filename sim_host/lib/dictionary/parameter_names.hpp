@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The names of parameters in a gains file: "azimuth.speed_loop.proportional_gain".
 //
-// Derived from the names in the object table by the rules of servoctl (tools/servoctl/servoctl/objects/schema.py); a test
-// compares the two over all objects.
+// Derived from the names in the object table by the rules of servoctl (tools/servoctl/servoctl/objects/schema.py); a
+// test compares the two over all objects.
 #ifndef TRACKSERVO_DICTIONARY_PARAMETER_NAMES_HPP
 #define TRACKSERVO_DICTIONARY_PARAMETER_NAMES_HPP
 

@@ -118,7 +118,7 @@ Keys<PassConfig> pass_keys() {
 Keys<ScenarioConfig> pointing_keys() {
   return {
       choice("pointing", {"per_axis", "line_of_sight"}, &ScenarioConfig::pointing,
-             "a tracking loop for each axis, or one loop for the line of sight that moves both axes")
+             "without effect, for older files: the node tracks with one loop for both axes where both track")
           .or_else(0),
   };
 }
@@ -231,21 +231,6 @@ void read_camera(const TomlReader& reader, ScenarioConfig& scenario) {
   }
 }
 
-// One loop for the line of sight needs the picture, and both axes.
-void check_pointing(const TomlReader& reader, const ScenarioConfig& scenario) {
-  if (scenario.pointing != Pointing::kLineOfSight) {
-    return;
-  }
-  if (scenario.camera.geometry != CameraGeometry::kLineOfSight) {
-    reader.fail(reader.root(), "pointing", "needs the picture of a camera on both joints",
-                "give camera.geometry = \"line_of_sight\", too");
-  }
-  if (!scenario.axes[kAzimuth] || !scenario.axes[kPitch]) {
-    reader.fail(reader.root(), "axes", "leaves out an axis that the line of sight needs",
-                "give both axes, or pointing = \"per_axis\"");
-  }
-}
-
 void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
   const TomlTable root = reader.root();
   switch (scenario.kind) {
@@ -259,7 +244,6 @@ void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
       reader.read(root, pointing_keys(), scenario);
       read_course(reader, scenario);
       read_camera(reader, scenario);
-      check_pointing(reader, scenario);
       break;
   }
 }

@@ -42,10 +42,10 @@ struct PassConfig {
   double evasive_period_s = 1;
 };
 
-// The same course as start, velocity and weave.
+// Returns the same course as start, velocity and weave.
 FlyByConfig course_of(const PassConfig& pass);
 
-// Which tracking the firmware runs: a tracker for each axis, or one for the line of sight (servo/pointing.h).
+// A key of old files: which tracking loop ran. The node decides that by itself.
 enum class Pointing { kPerAxis = 0, kLineOfSight = 1 };
 
 // Whether the axes of a scenario of speeds move in the same run. One at a time, each moves in a run of its own while
@@ -77,13 +77,13 @@ struct ScenarioConfig {
   FlyByConfig fly_by;
   std::optional<PassConfig> pass;  // where the file gives one; `fly_by` is its course
   CameraConfig camera;
-  Pointing pointing = Pointing::kPerAxis;
+  Pointing pointing = Pointing::kPerAxis;  // without effect
 };
 
 // Reads and checks a scenario file. Throws ConfigError, also when the file cannot be read.
 ScenarioConfig load_scenario(const std::filesystem::path& path);
 
-// The reference page of all scenario keys, as plant_keys_markdown().
+// Returns the reference page of all scenario keys, as plant_keys_markdown().
 std::string scenario_keys_markdown();
 
 }  // namespace trackservo::sim

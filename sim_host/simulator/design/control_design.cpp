@@ -258,6 +258,11 @@ void set_pi(servo_params& params, int axis, const PiRequirement& requirement) {
   loop.pi = gain_design::pi_params(requirement, static_cast<double>(loop.acceleration_inertia_kg_m2));
 }
 
+void set_pi(axis_parameters& parameters, const PiRequirement& requirement) {
+  const auto inertia_kg_m2 = static_cast<double>(parameters.speed_loop.acceleration_inertia_kg_m2);
+  gain_design::set_pi(parameters, gain_design::pi_params(requirement, inertia_kg_m2));
+}
+
 gain_design::GainRequirements gain_requirements(const PlantConfig& plant, int axis, tracker_kind tracker) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   gain_design::GainRequirements requirements;
@@ -279,6 +284,11 @@ axis_parameters design_axis(const PlantConfig& plant, int axis, const Controller
   gain_design::set_pi(parameters, gain_design::pi_params(pi_requirement(plant, axis, options),
                                                          believed(plant, axis, options).inertia_kg_m2));
   return parameters;
+}
+
+std::array<axis_parameters, kAxes> design_axes(const PlantConfig& plant, const ControllerSpec& spec,
+                                               const DesignOptions& options) {
+  return {design_axis(plant, kAzimuth, spec, options), design_axis(plant, kPitch, spec, options)};
 }
 
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options) {

@@ -47,24 +47,29 @@ struct DesignOptions {
   std::optional<AssumedPlant> identified;  // replaces the plant's own parameters and the errors
 };
 
-// The plant's requirement for an axis. A requirement given as bandwidth means the bandwidth of the real loop, delays
-// included: with PI alone and set-point weight 1, the sliding axis of the assumed plant is at -3 dB there.
+// Returns the plant's requirement for an axis. A requirement given as bandwidth means the bandwidth of the real loop,
+// delays included: with PI alone and set-point weight 1, the sliding axis of the assumed plant is at -3 dB there.
 PiRequirement pi_requirement(const PlantConfig& plant, int axis, const DesignOptions& options);
 
 // Parameters for both axes, accepted by servo_app_configure, with stable speed loops. Throws ConfigError at the line of
 // the requirement that cannot be met. Stable loops with less margin than required pass: see margin_warnings().
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options);
 
-// The same for one axis, as the values of the object dictionary; only the firmware's ranges are checked.
+// Returns the same for one axis, as the values of the object dictionary; only the firmware's ranges are checked.
 axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                             const DesignOptions& options);
 
-// The plant file's requirements for an axis in the form of the gain design, with the outer loops that design_axis gives
-// it.
+// Returns the same for both axes.
+std::array<axis_parameters, kAxes> design_axes(const PlantConfig& plant, const ControllerSpec& spec,
+                                               const DesignOptions& options);
+
+// Returns the plant file's requirements for an axis in the form of the gain design, with the outer loops that
+// design_axis gives it.
 gain_design::GainRequirements gain_requirements(const PlantConfig& plant, int axis, tracker_kind tracker);
 
 // Sets the PI of one axis from a requirement, for the inertia of the assumed plant.
 void set_pi(servo_params& params, int axis, const PiRequirement& requirement);
+void set_pi(axis_parameters& parameters, const PiRequirement& requirement);
 
 }  // namespace trackservo::sim
 

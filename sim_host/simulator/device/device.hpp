@@ -8,6 +8,8 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <string>
 
 #include "bus/socketcan.hpp"
 #include "plant/truth.hpp"
@@ -47,6 +49,22 @@ class Device {
 
   // Returns how far tracking has got in each axis, as 3072:5 and :6.
   virtual std::array<std::uint8_t, kAxes> tracking() const = 0;
+
+  // Passes the time from power-on until a master's frames of each ms come well before the tick that takes them. Returns
+  // false when no tick comes.
+  virtual bool settle() = 0;
+
+  // Returns the time from a set-point of csv on the bus to the tick that has reached it [ms].
+  virtual int set_point_delay_ms() const = 0;
+
+  // Adds a torque behind the controller [N m], held until set again; without effect where the torque command is hidden.
+  virtual void disturb(int /*axis*/, double /*torque_nm*/) {}
+
+  // Returns the torque command of the last tick [N m]; none where it is hidden.
+  virtual std::optional<double> torque_command_nm(int /*axis*/) const { return std::nullopt; }
+
+  // Returns what the device does that no device may do, as a sentence; none: nothing.
+  virtual std::optional<std::string> defect() const { return std::nullopt; }
 };
 
 }  // namespace trackservo::sim

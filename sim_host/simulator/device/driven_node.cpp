@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
+#include <string>
 
 extern "C" {
 #include "parameters/axis_dictionary.h"
@@ -18,6 +19,17 @@ namespace {
 constexpr int kMaxTicksToEnable = 20;
 constexpr std::int64_t kUnlocked = ACCESS_LOCK_WORD;
 constexpr double kPositionCountsPerRad = 1e7;  // of positions
+
+// ": azimuth has fault 7320h", or nothing.
+std::string faults_text(const servo_node& node) {
+  std::string text;
+  for (int axis = 0; axis < kAxes; ++axis) {
+    if (const std::uint16_t code = node.axis[axis].objects.state.error_code) {
+      text += fmt::format("{}{} has fault {:04X}h", text.empty() ? ": " : ", ", axis_name(axis), code);
+    }
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -90,7 +102,7 @@ void DrivenNode::enable(const std::array<std::int8_t, kAxes>& modes) {
     }
     this->tick();
   }
-  throw std::runtime_error("the axes are not enabled after 20 ticks");
+  throw std::runtime_error("the axes are not enabled after 20 ticks" + faults_text(node()) + ".");
 }
 
 void DrivenNode::set_rate(int axis, double rate_rad_s) {

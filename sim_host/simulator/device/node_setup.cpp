@@ -98,6 +98,9 @@ NodeSetup::NodeSetup(const PlantConfig& of_plant)
       limits{node_limits(plant, kAzimuth), node_limits(plant, kPitch)},
       scales(node_scales(plant)) {}
 
+NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters)
+    : NodeSetup(of_plant, with_parameters, {node_limits(of_plant, kAzimuth), node_limits(of_plant, kPitch)}) {}
+
 NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
                      const std::array<protection_limits, kAxes>& with_limits)
     : plant(of_plant), parameters(with_parameters), limits(with_limits), scales(node_scales(plant)) {}

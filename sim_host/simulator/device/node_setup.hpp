@@ -31,6 +31,9 @@ struct NodeSetup {
   // The node of this plant.
   explicit NodeSetup(const PlantConfig& plant);
 
+  // With given gains; the limits and the sensors' scales are the plant's.
+  NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters);
+
   // With given gains and limits, independent of the plant; the sensors' scales are the plant's.
   NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
             const std::array<protection_limits, kAxes>& with_limits);

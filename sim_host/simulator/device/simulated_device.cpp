@@ -11,9 +11,9 @@ namespace trackservo::sim {
 namespace {
 
 // With the times of the plant file's brakes, if they are fitted.
-NodeSetup setup_of(const PlantConfig& plant, bool holding_brakes) {
-  NodeSetup setup(plant);
-  for (std::size_t axis = 0; axis < kAxes && holding_brakes; ++axis) {
+NodeSetup setup_of(const PlantConfig& plant, const SimulatedDevice::Options& options) {
+  NodeSetup setup = options.setup ? *options.setup : NodeSetup(plant);
+  for (std::size_t axis = 0; axis < kAxes && options.holding_brakes; ++axis) {
     if (const std::optional<HoldingBrakeConfig>& brake = plant.axis[axis].holding_brake) {
       setup.limits[axis].brake_release_s = static_cast<float>(brake->release_s);
       setup.limits[axis].brake_engage_s = static_cast<float>(brake->engage_s);
@@ -28,7 +28,7 @@ SimulatedDevice::SimulatedDevice(const PlantConfig& plant, VirtualBus& bus, cons
     : bus_(bus),
       port_(bus.attach([this](const can_frame& frame) { receive(frame); })),
       flash_(options.flash.empty() ? std::make_unique<FlashMemory>() : std::make_unique<FlashMemory>(options.flash)),
-      setup_(setup_of(plant, options.holding_brakes)),
+      setup_(setup_of(plant, options)),
       node_(setup_, options.seed, options.joint_angle_rad,
             {{send, this},
              flash_->areas(),
@@ -69,6 +69,16 @@ void SimulatedDevice::take_health(CanHealth health) {
 std::array<std::uint8_t, kAxes> SimulatedDevice::tracking() const {
   const camera_objects& objects = node_.node().tracking.objects;
   return {objects.azimuth_tracking, objects.pitch_tracking};
+}
+
+// It boots in its first tick, and receives nothing before.
+bool SimulatedDevice::settle() {
+  pass_ms();
+  return true;
+}
+
+std::optional<double> SimulatedDevice::torque_command_nm(int axis) const {
+  return static_cast<double>(node_.machine().firmware(axis).signals.torque.torque_nm);
 }
 
 bool SimulatedDevice::send(void *context, const can_frame *frame) {

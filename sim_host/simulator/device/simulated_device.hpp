@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "device/device.hpp"
 #include "device/flash_memory.hpp"
@@ -26,6 +27,7 @@ class SimulatedDevice : public Device {
     std::filesystem::path flash = {};
     // Those of the plant file are fitted, and the defaults of 2060:24 and 2060:25 are their times.
     bool holding_brakes = false;
+    std::optional<NodeSetup> setup = {};  // none: the design for the plant
   };
 
   // `bus` must exist longer than the device. Throws std::runtime_error for a node id, bit rate or gains out of range,
@@ -41,6 +43,12 @@ class SimulatedDevice : public Device {
   TruthState truth() const override { return node_.machine().truth(); }
   void strobe() override { node_.machine().strobe(); }
   std::array<std::uint8_t, kAxes> tracking() const override;
+  bool settle() override;
+  int set_point_delay_ms() const override { return 1; }  // of interpolation: the frame comes before its ms' tick
+  void disturb(int axis, double torque_nm) override { node_.machine().inject_torque(axis, torque_nm); }
+  std::optional<double> torque_command_nm(int axis) const override;
+
+  const servo_node& node() const { return node_.node(); }
 
  private:
   void receive(const can_frame& frame);

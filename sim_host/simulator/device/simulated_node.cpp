@@ -2,9 +2,8 @@
 #include "device/simulated_node.hpp"
 
 #include <new>
-#include <stdexcept>
 
-#include "dictionary/refusal_text.hpp"
+#include "run/start_firmware.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -47,10 +46,7 @@ void SimulatedNode::restart() {
   config.scales = setup_.scales ? &*setup_.scales : nullptr;
   std::destroy_at(node_.get());
   new (node_.get()) servo_node{};
-  if (!servo_node_start(node_.get(), &config)) {
-    throw std::runtime_error("the node did not start: " + dictionary::refusal_of(setup_.parameters, setup_.limits) +
-                             ".");
-  }
+  start_node(*node_, config);
 }
 
 void SimulatedNode::tick() {

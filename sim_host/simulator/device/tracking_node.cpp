@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "studies/shared/tracking_node.hpp"
+#include "device/tracking_node.hpp"
 
 #include <cmath>
 #include <optional>
@@ -15,10 +15,12 @@ constexpr std::int8_t kTracking = -1;
 constexpr int kCameraRpdo = 4;
 constexpr int kBaseRpdo = 3;
 constexpr int kTicksToApply = 8;
+// Of the machine's time: until then the axes are enabled, and the motion that the wind gave them without power is over.
+constexpr double kBegins_s = 1.0;
 
-// Joint angles that look at the beginning of the course, on a base that is not level at time 0.
+// Joint angles that look at the beginning of the course when it begins, on a base that is not level then.
 std::array<double, kAxes> first_joint_angles_rad(const NodeSetup& setup, const ScenarioConfig& scenario) {
-  const Eigen::Matrix3d base = BaseMotion(base_motion_lines(setup.plant)).at(0.0).attitude;
+  const Eigen::Matrix3d base = BaseMotion(base_motion_lines(setup.plant)).at(kBegins_s).attitude;
   const FlyBy course(scenario.fly_by);
   const Eigen::Vector3d seen_m = base.transpose() * course.position_m(0.0);
   const double level_rad = course.at(0.0).angle_rad[kAzimuth];
@@ -37,24 +39,46 @@ void write_loop(DrivenNode& node, const target_tracker_params& loop) {
   }
 }
 
+// All that a master does before it enables the axes.
+void prepare(DrivenNode& node, const std::optional<target_tracker_params>& loop) {
+  for (const ObjectWrite& write : camera_mapping(kCameraRpdo, kCameraCobId)) {
+    node.write(kAzimuth, write.index, write.sub, write.value);
+  }
+  if (loop) {
+    write_loop(node, *loop);
+  }
+  node.unlock();
+  node.write(kAzimuth, 0x2061, 5, 0);  // it stands in this turn: a start beyond 75 deg may be in two
+  for (int i = 0; i < kTicksToApply; ++i) {
+    node.tick();
+  }
+  node.receive(can_frame{0x000, 0, 2, {0x01, 0x00}, 0});  // NMT start
+}
+
+// Enables both axes in pp, with the cue where they stand.
+void enable_at_cue(DrivenNode& node) {
+  constexpr std::int64_t kNewSetPointAtOnce = 0x3F;
+  std::array<std::int32_t, kAxes> cue{};
+  for (int axis = 0; axis < kAxes; ++axis) {
+    cue[static_cast<std::size_t>(axis)] = node.axis(axis).objects.position.actual;
+  }
+  node.enable(DRIVE_PROFILE_POSITION);
+  for (int axis = 0; axis < kAxes; ++axis) {
+    node.write(axis, 0x607A, 0, cue[static_cast<std::size_t>(axis)]);
+    node.write(axis, 0x6040, 0, kNewSetPointAtOnce);
+  }
+}
+
+// An axis that does not take part holds the rate 0.
+void hand_over(DrivenNode& node, const ScenarioConfig& scenario) {
+  for (int axis = 0; axis < kAxes; ++axis) {
+    const bool tracks = scenario.axes[static_cast<std::size_t>(axis)];
+    node.write(axis, 0x6060, 0, tracks ? kTracking : static_cast<std::int8_t>(DRIVE_CYCLIC_VELOCITY));
+    node.write(axis, 0x6040, 0, 0x0F);
+  }
+}
+
 }  // namespace
-
-void ErrorSpread::add(const std::array<double, kAxes>& error_rad) {
-  ++count_;
-  for (std::size_t i = 0; i < kAxes; ++i) {
-    const double change = error_rad[i] - mean_rad_[i];
-    mean_rad_[i] += change / count_;
-    squares_rad2_[i] += change * (error_rad[i] - mean_rad_[i]);
-  }
-}
-
-std::array<double, kAxes> ErrorSpread::sigma_rad() const {
-  std::array<double, kAxes> sigma{};
-  for (std::size_t i = 0; i < kAxes && count_ > 0; ++i) {
-    sigma[i] = std::sqrt(squares_rad2_[i] / count_);
-  }
-  return sigma;
-}
 
 target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_kind kind) {
   DesignOptions design;
@@ -74,28 +98,30 @@ void use_base_rates(DrivenNode& node) {
   node.write(kAzimuth, 0x3077, 1, 1);
 }
 
-void start_tracking(DrivenNode& node, const target_tracker_params& loop) {
-  for (const ObjectWrite& write : camera_mapping(kCameraRpdo, kCameraCobId)) {
-    node.write(kAzimuth, write.index, write.sub, write.value);
-  }
-  write_loop(node, loop);
-  node.unlock();
-  node.write(kAzimuth, 0x2061, 5, 0);  // it stands in this turn: a start beyond 75 deg may be in two
-  for (int i = 0; i < kTicksToApply; ++i) {
-    node.tick();
-  }
-  node.receive(can_frame{0x000, 0, 2, {0x01, 0x00}, 0});  // NMT start
+void start_tracking(DrivenNode& node, const std::optional<target_tracker_params>& loop) {
+  prepare(node, loop);
   node.enable(kTracking);
 }
 
 TrackingNode::TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenario, std::uint64_t seed,
-                           const target_tracker_params& loop, bool base_sensor)
+                           const std::optional<target_tracker_params>& loop, bool base_sensor)
     : camera_(scenario, seed), node_(setup, seed, first_joint_angles_rad(setup, scenario)), chance_(seed, "strobe") {
   if (base_sensor) {
     use_base_rates(node_);
     base_sensor_.emplace(kBaseSensorCobId, seed);
   }
-  start_tracking(node_, loop);
+  prepare(node_, loop);
+  enable_at_cue(node_);
+  while (time_s() < -0.5 * kTick_s) {
+    tick();
+  }
+  hand_over(node_, scenario);
+}
+
+TruthState TrackingNode::truth() const {
+  TruthState truth = node_.machine().truth();
+  truth.time_s -= kBegins_s;
+  return truth;
 }
 
 void TrackingNode::strobe() {
@@ -114,7 +140,7 @@ void TrackingNode::strobe() {
 }
 
 void TrackingNode::tick() {
-  if (const std::optional<can_frame> frame = camera_.look(node_.machine().truth(), misstated_s_)) {
+  if (const std::optional<can_frame> frame = camera_.look(truth(), misstated_s_)) {
     if (chance_.uniform() >= disturbance_.lost) {
       node_.receive(*frame);
     }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The servo's node while it tracks: a simulated machine, an image processor that sends frames of a scenario's target,
 // and both axes in mode -1.
-#ifndef TRACKSERVO_SIM_STUDIES_TRACKING_NODE_HPP
-#define TRACKSERVO_SIM_STUDIES_TRACKING_NODE_HPP
+#ifndef TRACKSERVO_SIM_DEVICE_TRACKING_NODE_HPP
+#define TRACKSERVO_SIM_DEVICE_TRACKING_NODE_HPP
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -16,44 +15,38 @@
 
 namespace trackservo::sim {
 
-// Standard deviation of both axes' errors.
-class ErrorSpread {
- public:
-  void add(const std::array<double, kAxes>& error_rad);
-  // 0 before the first error.
-  std::array<double, kAxes> sigma_rad() const;
-  double sigma_urad(std::size_t axis) const { return 1e6 * sigma_rad()[axis]; }
-
- private:
-  int count_ = 0;
-  std::array<double, kAxes> mean_rad_{};
-  std::array<double, kAxes> squares_rad2_{};
-};
-
-// The tracking loop of the default design for this plant.
+// Returns the tracking loop of the default design for this plant.
 target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_kind kind);
 
-// Base sensor mapped and in use, the base declared to move. Before start_tracking.
+// Maps the base sensor, takes it into use and declares that the base moves. Before start_tracking.
 void use_base_rates(DrivenNode& node);
 
-// Camera mapped, loop in force, both axes enabled in mode -1. Throws std::runtime_error when the node refuses.
-void start_tracking(DrivenNode& node, const target_tracker_params& loop);
+// Maps the camera and enables both axes in mode -1, with this tracking loop or with that of the node's set-up. Throws
+// std::runtime_error when the node refuses.
+void start_tracking(DrivenNode& node, const std::optional<target_tracker_params>& loop = std::nullopt);
 
 class TrackingNode {
  public:
-  // Enabled, on the first angles of the course; `setup` must exist longer. Throws std::runtime_error when the node
-  // refuses the loop or does not enable its axes. `base_sensor`: an inertial sensor on the base sends its rates, and
-  // the axes add what their gyros do not see of them.
+  // Starts the node on the first angles of the course and enables its axes in pp, as for a cue; then they change to
+  // mode -1, and the course begins. An axis that does not take part in the scenario holds the rate 0. `setup` must
+  // exist longer; `loop` replaces its tracking loop. `base_sensor`: an inertial sensor on the base sends its rates, and
+  // the axes add what their gyros do not see of them. Throws std::runtime_error when the node refuses the loop or does
+  // not enable its axes.
   TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenario, std::uint64_t seed,
-               const target_tracker_params& loop, bool base_sensor = false);
+               const std::optional<target_tracker_params>& loop = std::nullopt, bool base_sensor = false);
 
   void tick();
 
-  double time_s() const { return node_.machine().truth().time_s; }
-  // Target minus line of sight, as TargetCamera::error_rad.
-  std::array<double, kAxes> error_rad() const { return camera_.error_rad(node_.machine().truth()); }
+  // Since the course began.
+  double time_s() const { return truth().time_s; }
 
-  // What the image processor adds to the age of its frames: it does not know its own delay.
+  // Returns the machine's state, with the time of the course.
+  TruthState truth() const;
+
+  // Returns target minus line of sight, as TargetCamera::error_rad.
+  std::array<double, kAxes> error_rad() const { return camera_.error_rad(truth()); }
+
+  // Sets what the image processor adds to the age of its frames: it does not know its own delay.
   void misstate_age(double by_s) { misstated_s_ = by_s; }
 
   // Shares of the strobe's edges that do not come, of edges that nobody exposed (one per exposure at most), and of
@@ -61,6 +54,7 @@ class TrackingNode {
   void disturb(double missing, double additional, double lost) { disturbance_ = {missing, additional, lost}; }
 
   DrivenNode& node() { return node_; }
+  const DrivenNode& node() const { return node_; }
 
  private:
   void strobe();

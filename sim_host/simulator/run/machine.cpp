@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
-#include "dictionary/refusal_text.hpp"
+#include "run/start_firmware.hpp"
 #include "run/tick_sequence.hpp"
 
 namespace trackservo::sim {
@@ -207,10 +206,7 @@ Machine::Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<
 Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
                  const std::array<double, kAxes>& joint_angle_rad)
     : Machine(plant, seed, joint_angle_rad) {
-  if (servo_board_start(board_, &hal_, &params) != CONTROL_OK) {
-    throw std::invalid_argument("the firmware refuses the parameters: " + dictionary::refusal_of(params).value_or("") +
-                                ".");
-  }
+  start_servo(*board_, hal_, params);
 }
 
 // A period of the firmware lasts longer or shorter than one of the plant: now and then the plant takes one more, or one

@@ -45,14 +45,14 @@ void refuse_start_beyond_stops(const PlantConfig& plant, const ScenarioConfig& s
 
 // The target's angles are those of the joints only as long as the base does not turn.
 void refuse_axes_alone_on_a_turning_base(const PlantConfig& plant, const ScenarioConfig& scenario) {
-  if ((plant.base_motion.empty() && plant.base_spectrum.empty()) ||
-      (scenario.pointing == Pointing::kLineOfSight && scenario.camera.geometry == CameraGeometry::kLineOfSight)) {
-    return;
+  const bool turns = !plant.base_motion.empty() || !plant.base_spectrum.empty();
+  if (turns && scenario.camera.geometry != CameraGeometry::kLineOfSight) {
+    throw scenario.lines.error(
+        "camera.geometry",
+        fmt::format("measures the error of each joint by itself, which has no meaning on {}: its base turns",
+                    plant.name),
+        "give camera.geometry = \"line_of_sight\"");
   }
-  throw scenario.lines.error(
-      scenario.pointing == Pointing::kPerAxis ? "pointing" : "camera.geometry",
-      fmt::format("tracks with each axis by itself, which has no meaning on {}: its base turns", plant.name),
-      "give pointing = \"line_of_sight\" and camera.geometry = \"line_of_sight\"");
 }
 
 // Follows the target over the run. A camera with line-of-sight geometry sees it everywhere.

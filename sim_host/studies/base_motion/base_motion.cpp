@@ -14,6 +14,7 @@
 #include "analysis/metrics.hpp"
 #include "base/json_file.hpp"
 #include "design/control_design.hpp"
+#include "device/tracking_run.hpp"
 #include "run/scenario_run.hpp"
 
 namespace trackservo::sim {
@@ -35,16 +36,24 @@ constexpr double kIsolationSettle_s = 3.0;
 constexpr double kIsolation_s = 2.0;  // at least
 constexpr double kTarget_m = 1000.0;
 
-servo_params params_of(const PlantConfig& plant, const std::string& controller, std::uint64_t seed) {
+DesignOptions design_of(std::uint64_t seed) {
   DesignOptions design;
   design.tracker = TRACKER_PREDICTIVE;
   design.seed = seed;
-  servo_params params = design_controller(plant, controller_spec(controller), design);
-  for (servo_axis_params& axis : params.axis) {
-    axis.tracker.estimator_rad_s = static_cast<float>(kEstimator_rad_s);
-    axis.tracker.proportional_per_s = static_cast<float>(kProportional_per_s);
+  return design;
+}
+
+servo_params params_of(const PlantConfig& plant, const std::string& controller, std::uint64_t seed) {
+  return design_controller(plant, controller_spec(controller), design_of(seed));
+}
+
+NodeSetup node_of(const PlantConfig& plant, std::uint64_t seed) {
+  std::array<axis_parameters, kAxes> parameters = design_axes(plant, controller_spec(kController), design_of(seed));
+  for (axis_parameters& axis : parameters) {
+    axis.tracking_loop.estimator_rad_s = static_cast<float>(kEstimator_rad_s);
+    axis.tracking_loop.proportional_per_s = static_cast<float>(kProportional_per_s);
   }
-  return params;
+  return {plant, parameters};
 }
 
 void feed_back(PlantConfig& plant, FeedbackSource feedback) {
@@ -58,7 +67,6 @@ ScenarioConfig standing_target(double pitch_rad) {
   ScenarioConfig scenario;
   scenario.name = "base_motion";
   scenario.kind = ScenarioKind::kTracking;
-  scenario.pointing = Pointing::kLineOfSight;
   scenario.camera.geometry = CameraGeometry::kLineOfSight;
   scenario.duration_s = kTrackingSettle_s + kTracking_s;
   scenario.settle_s = kTrackingSettle_s;
@@ -333,12 +341,7 @@ std::array<double, kAxes> tracking_on_base(const BaseMotionSetup& setup, const T
   plant.base_spectrum.clear();
   plant.base_motion = {{choice.base_axis, choice.frequency_hz, setup.amplitude_rad, 0.0}};
   const ScenarioConfig scenario = standing_target(choice.pitch_rad);
-  RunRequest request;
-  request.plant = &plant;
-  request.scenario = &scenario;
-  request.params = params_of(plant, kController, seed);
-  request.seed = seed;
-  const Trace trace = run_scenario(request);
+  const Trace trace = run_tracking(node_of(plant, seed), scenario, seed);
   const Window window{scenario.settle_s, scenario.duration_s};
   return {tracking_sigma_rad(trace, kAzimuth, window), tracking_sigma_rad(trace, kPitch, window)};
 }

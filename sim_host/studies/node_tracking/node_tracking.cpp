@@ -7,8 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "analysis/metrics.hpp"
-#include "run/scenario_run.hpp"
+#include "analysis/error_spread.hpp"
 #include "studies/shared/lost_time.hpp"
 
 namespace trackservo::sim {
@@ -74,7 +73,6 @@ NodeTrackingCase on_base(const NodeTrackingCase& still, const std::string& name,
   tried.name += ", " + name;
   tried.scenario.camera.geometry = CameraGeometry::kLineOfSight;
   tried.base.assign(base.begin(), base.end());
-  tried.reference = NodeTrackingReference::kNone;
   tried.goal = {};
   return tried;
 }
@@ -126,22 +124,9 @@ NodeTrackingCase wrong_age(const NodeTrackingCase& fly_by, double misstated_ms) 
   tried.scenario.duration_s = kDelayFlight_s;
   tried.count_from_s = 0.5 * kDelayFlight_s;
   tried.misstated_s = 1e-3 * misstated_ms;
-  tried.reference = NodeTrackingReference::kRightAge;
   tried.goal = {};
   tried.goal.per_reference = kPerReference;
   return tried;
-}
-
-std::array<double, kAxes> sigma_by_run(const PlantConfig& plant, const NodeTrackingCase& tried,
-                                       const servo_params& params, std::uint64_t seed) {
-  RunRequest request;
-  request.plant = &plant;
-  request.scenario = &tried.scenario;
-  request.params = params;
-  request.seed = seed;
-  const Trace trace = run_scenario(request);
-  const Window window{tried.count_from_s, tried.scenario.duration_s};
-  return {tracking_sigma_rad(trace, kAzimuth, window), tracking_sigma_rad(trace, kPitch, window)};
 }
 
 PlantConfig moving(PlantConfig plant, const NodeTrackingCase& tried, std::uint64_t seed) {
@@ -162,7 +147,6 @@ PlantConfig moving(PlantConfig plant, const NodeTrackingCase& tried, std::uint64
 NodeTrackingCase with_dropout(const NodeTrackingCase& fly_by, double dropout_s) {
   NodeTrackingCase dropout = fly_by;
   dropout.name = fmt::format("fly-by, {:g} s without the target, 2011:5 {:g} s", dropout_s, kCoast_s);
-  dropout.reference = NodeTrackingReference::kNone;
   dropout.loop.coast_s = kCoast_s;
   dropout.scenario.camera.dropouts_at_s = {kDropoutAt_s};
   dropout.scenario.camera.dropout_s = dropout_s;
@@ -180,7 +164,6 @@ NodeTrackingCase with_dropout(const NodeTrackingCase& fly_by, double dropout_s) 
 NodeTrackingCase with_frame_rate(const NodeTrackingCase& fly_by, double frame_rate_hz) {
   NodeTrackingCase tried = fly_by;
   tried.name = fmt::format("fly-by, {:g} frames a second", frame_rate_hz);
-  tried.reference = NodeTrackingReference::kNone;
   tried.scenario.camera.frame_rate_hz = frame_rate_hz;
   tried.goal = {};
   return tried;
@@ -190,18 +173,10 @@ NodeTrackingCase with_frame_rate(const NodeTrackingCase& fly_by, double frame_ra
 constexpr std::int64_t kDelayReported = 1;
 constexpr std::int64_t kDelayCorrected = 2;
 
-void limit_acceleration(TrackingNode& tracking, double limit_rad_s2) {
-  for (int axis = 0; axis < kAxes; ++axis) {
-    tracking.node().write(axis, 0x6083, 0, std::llround(1e6 * limit_rad_s2));
-  }
-}
-
-// Until the axes are enabled the wind turns them, with up to 0.1 rad/s: a target acquired in that motion needs more
-// than 1 rad/s2 to stay in the picture, which is not what a pass tests.
 void configure(TrackingNode& tracking, const NodeTrackingCase& tried) {
   tracking.node().write(kAzimuth, 0x3073, 1, tried.misstated_s != 0.0 ? kDelayCorrected : kDelayReported);
-  if (tried.acceleration_rad_s2 > 0.0) {
-    limit_acceleration(tracking, kPassAcceleration_rad_s2);
+  for (int axis = 0; axis < kAxes && tried.acceleration_rad_s2 > 0.0; ++axis) {
+    tracking.node().write(axis, 0x6083, 0, std::llround(1e6 * tried.acceleration_rad_s2));
   }
 }
 
@@ -211,17 +186,12 @@ NodeTrackingRun flight_of(const NodeSetup& setup, const NodeTrackingCase& tried,
   TrackingNode tracking(setup, scenario, seed, tried.loop, tried.base_rates);
   configure(tracking, tried);
   SplitMix64 jitter(seed);
-  bool limited = false;
   NodeTrackingRun run;
   ErrorSpread spread;
   LostTime lost;
   std::array<double, kAxes> last_nm{};
   while (tracking.time_s() < tried.scenario.duration_s) {
     const bool settled = tracking.time_s() > tried.scenario.settle_s;
-    if (settled && !limited && tried.acceleration_rad_s2 > 0.0) {
-      limit_acceleration(tracking, tried.acceleration_rad_s2);
-      limited = true;
-    }
     for (int axis = 0; axis < kAxes; ++axis) {
       const double now_nm = static_cast<double>(tracking.node().machine().firmware(axis).commanded_nm);
       double& last = last_nm[static_cast<std::size_t>(axis)];
@@ -244,22 +214,9 @@ NodeTrackingRun flight_of(const NodeSetup& setup, const NodeTrackingCase& tried,
   return run;
 }
 
-std::array<double, kAxes> sigma_of_reference(const NodeSetup& setup, const NodeTrackingCase& tried,
-                                             std::uint64_t seed) {
-  switch (tried.reference) {
-    case NodeTrackingReference::kRun: {
-      TrackingNode tracking(setup, tried.scenario, seed, tried.loop);
-      return sigma_by_run(setup.plant, tried, tracking.node().node().board.app.params, seed);
-    }
-    case NodeTrackingReference::kRightAge: {
-      NodeTrackingCase right = tried;
-      right.misstated_s = 0.0;
-      return flight_of(setup, right, seed).sigma_rad;
-    }
-    case NodeTrackingReference::kNone:
-    default:
-      return {};
-  }
+std::array<double, kAxes> sigma_of_right_age(const NodeSetup& setup, NodeTrackingCase tried, std::uint64_t seed) {
+  tried.misstated_s = 0.0;
+  return flight_of(setup, tried, seed).sigma_rad;
 }
 
 }  // namespace
@@ -269,8 +226,6 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
   NodeTrackingCase fly_by;
   fly_by.scenario = load_scenario(data_dir / "scenarios/tracking.toml");
   fly_by.count_from_s = fly_by.scenario.settle_s;
-  fly_by.reference = NodeTrackingReference::kRun;
-  fly_by.goal.per_reference = kPerReference;
   fly_by.name = "fly-by, paper's loop";
   fly_by.loop = designed_tracking_loop(plant, TRACKER_PI);
   std::vector<NodeTrackingCase> cases{fly_by};
@@ -322,7 +277,9 @@ std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, co
 NodeTrackingRun run_of(const NodeSetup& still, const NodeTrackingCase& tried, std::uint64_t seed) {
   const NodeSetup setup = tried.base.empty() ? still : NodeSetup(moving(still.plant, tried, seed));
   NodeTrackingRun run = flight_of(setup, tried, seed);
-  run.reference_sigma_rad = sigma_of_reference(setup, tried, seed);
+  if (tried.goal.per_reference) {
+    run.reference_sigma_rad = sigma_of_right_age(setup, tried, seed);
+  }
   return run;
 }
 

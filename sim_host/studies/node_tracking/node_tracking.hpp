@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tracking in the running node: frames of the camera arrive as PDOs, and both axes are in mode -1. Beside it the same
-// target in `sim_host run`, which hands the frames over without a bus.
+// Tracking in the running node: frames of the camera arrive as PDOs, and both axes are in mode -1.
 //
 //   fly-by    the paper's UAV (Fig. 16), with the paper's tracking loop and with the predictive one
 //   pass      a straight pass at 20 m/s, 500 m up, with one loop for the line of sight
@@ -24,8 +23,8 @@
 
 #include "base/job_pool.hpp"
 #include "config/scenario_config.hpp"
+#include "device/tracking_node.hpp"
 #include "studies/shared/requirement.hpp"
-#include "studies/shared/tracking_node.hpp"
 
 namespace trackservo::sim {
 
@@ -34,16 +33,9 @@ inline constexpr double kUrad = 1e-6;
 // What every seed must meet, besides that no frame is dropped.
 struct NodeTrackingGoal {
   std::optional<std::array<double, kAxes>> sigma_rad;
-  std::optional<double> per_reference;  // sigma, of that of the reference
+  std::optional<double> per_reference;  // sigma, of that of frames with the right age
   std::optional<double> step_nm;        // largest change of the torque in a tick
   std::optional<double> lost_s;
-};
-
-// What the same target is compared with.
-enum class NodeTrackingReference {
-  kNone,
-  kRun,      // `sim_host run`
-  kRightAge  // the node, frames with the right age
 };
 
 struct NodeTrackingCase {
@@ -51,20 +43,19 @@ struct NodeTrackingCase {
   ScenarioConfig scenario;
   target_tracker_params loop;
   NodeTrackingGoal goal;
-  double count_from_s = 0;  // errors count from here on
-  NodeTrackingReference reference = NodeTrackingReference::kNone;
+  double count_from_s = 0;                                 // errors count from here on
   std::vector<BaseSpectrum> base;                          // added to the plant
   FeedbackSource feedback = FeedbackSource::kGyro;         // of both axes, on that base
   GyroMounting azimuth_gyro = GyroMounting::kLineOfSight;  // likewise
   bool base_rates = false;                                 // a sensor on the base sends its rates (3076)
-  double acceleration_rad_s2 = 0;  // 6083 of both axes from the settling time on; 0: as delivered, from the start
-  double misstated_s = 0;          // added to the age of each frame; the node corrects it (3073:1 = 2)
-  double age_jitter_s = 0;         // largest error of a frame's age, another one for each frame
+  double acceleration_rad_s2 = 0;                          // 6083 of both axes; 0: as delivered
+  double misstated_s = 0;   // added to the age of each frame; the node corrects it (3073:1 = 2)
+  double age_jitter_s = 0;  // largest error of a frame's age, another one for each frame
 };
 
 struct NodeTrackingRun {
   std::array<double, kAxes> sigma_rad{};
-  std::array<double, kAxes> reference_sigma_rad{};  // 0 without a reference
+  std::array<double, kAxes> reference_sigma_rad{};  // with the right age; 0 where no goal asks for it
   double step_nm = 0;                               // largest change of the torque in a tick, from the settling time on
   double lost_s = 0;                                // LostTime, from the settling time on
   std::uint32_t dropped = 0;                        // frames that did not count
@@ -90,7 +81,7 @@ NodeTrackingRun run_of(const NodeSetup& still, const NodeTrackingCase& tried, st
 std::vector<NodeTrackingResult> run_node_tracking(const NodeTrackingSetup& setup,
                                                   const std::function<void(int, int, const std::string&)>& progress);
 
-// The goals of a case beside what was measured.
+// Returns the goals of a case beside what was measured.
 std::vector<Requirement> requirements_of(const NodeTrackingResult& result);
 
 bool meets_goal(const NodeTrackingResult& result);

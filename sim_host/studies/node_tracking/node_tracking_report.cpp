@@ -20,10 +20,6 @@ std::vector<double> over_runs(const NodeTrackingResult& result, const Value& val
   return values;
 }
 
-const char *reference_metric(NodeTrackingReference reference) {
-  return reference == NodeTrackingReference::kRun ? "sigma_over_run" : "sigma_over_right_age";
-}
-
 void add_of_axis(const NodeTrackingResult& result, std::size_t axis, std::vector<Requirement>& requirements) {
   const NodeTrackingCase& tried = result.tried;
   const std::string name = axis_name(static_cast<int>(axis));
@@ -33,8 +29,8 @@ void add_of_axis(const NodeTrackingResult& result, std::size_t axis, std::vector
   }
   if (tried.goal.per_reference) {
     const auto ratio = [axis](const auto& run) { return run.sigma_rad[axis] / run.reference_sigma_rad[axis]; };
-    requirements.push_back({tried.name, name, reference_metric(tried.reference), "ratio", *tried.goal.per_reference,
-                            over_runs(result, ratio)});
+    requirements.push_back(
+        {tried.name, name, "sigma_over_right_age", "ratio", *tried.goal.per_reference, over_runs(result, ratio)});
   }
 }
 
@@ -53,10 +49,9 @@ nlohmann::ordered_json json_of(const NodeTrackingCase& tried, const NodeTracking
                              {"largest_step_nm", run.step_nm},
                              {"lost_s", finite_or_null(run.lost_s)},
                              {"frames_dropped", run.dropped}};
-  if (tried.reference != NodeTrackingReference::kNone) {
-    const std::string suffix = tried.reference == NodeTrackingReference::kRun ? "by_run" : "with_right_age";
-    one["azimuth_sigma_" + suffix + "_urad"] = run.reference_sigma_rad[kAzimuth] / kUrad;
-    one["pitch_sigma_" + suffix + "_urad"] = run.reference_sigma_rad[kPitch] / kUrad;
+  if (tried.goal.per_reference) {
+    one["azimuth_sigma_with_right_age_urad"] = run.reference_sigma_rad[kAzimuth] / kUrad;
+    one["pitch_sigma_with_right_age_urad"] = run.reference_sigma_rad[kPitch] / kUrad;
   }
   return one;
 }

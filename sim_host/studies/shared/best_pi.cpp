@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlopt.hpp>
 
+#include "device/tracking_run.hpp"
+#include "run/scenario_run.hpp"
 #include "studies/shared/study.hpp"
 
 namespace trackservo::sim {
@@ -14,7 +16,8 @@ PiRequirement requirement_of(const std::vector<double>& x) { return {std::exp(x[
 
 struct Search {
   Study study;
-  servo_params params;  // with everything except the PI
+  servo_params params;                            // with everything except the PI
+  std::array<axis_parameters, kAxes> parameters;  // the same, as objects
 };
 
 // The measured margins count too, and a measurement can be lower than the computation by up to this.
@@ -40,13 +43,20 @@ double cost_of(const Study& study, const Figure& figure) {
   return std::isinf(figure.value) ? 1e3 * (study.scenario.duration_s - study.scenario.rest_s) : figure.value;
 }
 
+Trace run_of(const Search& search, double speed_rad_s, std::uint64_t seed) {
+  const Study& study = search.study;
+  if (study.scenario.kind == ScenarioKind::kTracking) {
+    return run_tracking(NodeSetup(study.plant, search.parameters), study.scenario, seed);
+  }
+  return run_scenario({&study.plant, &study.scenario, speed_rad_s, search.params, seed});
+}
+
 double mean_cost(const Search& search) {
   double sum = 0.0;
   int count = 0;
   for (const StudyCase& study_case : cases_of(search.study)) {
     for (const std::uint64_t seed : {std::uint64_t{101}, std::uint64_t{102}}) {
-      const Trace trace =
-          run_scenario({&search.study.plant, &search.study.scenario, study_case.speed_rad_s, search.params, seed});
+      const Trace trace = run_of(search, study_case.speed_rad_s, seed);
       for (const Figure& figure : measure(search.study, study_case, trace)) {
         sum += cost_of(search.study, figure);
       }
@@ -61,6 +71,7 @@ double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
   Search& search = *static_cast<Search *>(data);
   for (int axis = 0; axis < kAxes; ++axis) {
     set_pi(search.params, axis, requirement_of(x));
+    set_pi(search.parameters[static_cast<std::size_t>(axis)], requirement_of(x));
     if (servo_axis_check(&search.params.axis[axis], SERVO_TICK_S, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
       return 1e6;
     }
@@ -90,7 +101,8 @@ void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const
 
 PiRequirement best_pi(const Study& study, const SearchEffort& effort) {
   const DesignOptions options = design_options(study);
-  Search search{study, design_controller(study.plant, controller_spec("pi_best"), options)};
+  const ControllerSpec& spec = controller_spec("pi_best");
+  Search search{study, design_controller(study.plant, spec, options), design_axes(study.plant, spec, options)};
   if (study.scenario.axes_move == AxesMove::kOneAtATime) {
     search.study.scenario.axes = {true, false};  // only the azimuth costs, and its runs do not see the pitch move
   }

@@ -35,7 +35,7 @@ std::string goal_text(const Requirement& requirement);
 
 // What wrote the rows.
 struct RequirementSource {
-  std::string command;  // "sim_host passes"
+  std::string command;  // "sim_host node-tracking"
   std::string git;
   std::string plant;
 };

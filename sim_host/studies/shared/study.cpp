@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "analysis/metrics.hpp"
+#include "device/tracking_run.hpp"
+#include "run/scenario_run.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -74,8 +76,15 @@ DesignOptions design_options(const Study& study, std::uint64_t seed, double fric
 Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice& choice) {
   PlantConfig plant = study.plant;
   plant.friction_model = choice.friction;
-  servo_params params =
-      design_controller(plant, *choice.controller, design_options(study, choice.seed, choice.friction_parameter_error));
+  const DesignOptions options = design_options(study, choice.seed, choice.friction_parameter_error);
+  servo_params params = design_controller(plant, *choice.controller, options);
+  if (study.scenario.kind == ScenarioKind::kTracking) {
+    std::array<axis_parameters, kAxes> parameters = design_axes(plant, *choice.controller, options);
+    for (int axis = 0; axis < kAxes && choice.pi; ++axis) {
+      set_pi(parameters[static_cast<std::size_t>(axis)], *choice.pi);
+    }
+    return run_tracking(NodeSetup(plant, parameters), study.scenario, choice.seed);
+  }
   for (int axis = 0; axis < kAxes && choice.pi; ++axis) {
     set_pi(params, axis, *choice.pi);
   }

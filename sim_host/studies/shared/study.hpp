@@ -13,8 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "config/scenario_config.hpp"
 #include "design/control_design.hpp"
-#include "run/scenario_run.hpp"
+#include "run/trace.hpp"
 
 namespace trackservo::sim {
 
@@ -28,7 +29,7 @@ struct Study {
   std::optional<AssumedPlant> identified;  // basis of its controllers; none: friction parameters wrong by a share
 };
 
-// "steady_speed on tracker" and the like; distinguishes the two tracking loops.
+// Returns "steady_speed on tracker" and the like; distinguishes the two tracking loops.
 std::string study_name(const Study& study);
 
 std::string friction_name(FrictionModel model);
@@ -49,7 +50,7 @@ struct Figure {
 
 std::vector<StudyCase> cases_of(const Study& study);
 
-// How the controllers of this study are designed.
+// Returns how the controllers of this study are designed.
 DesignOptions design_options(const Study& study, std::uint64_t seed = 1, double friction_parameter_error = 0.15);
 
 // Inputs of one run of a case.
@@ -61,7 +62,7 @@ struct RunChoice {
   std::optional<PiRequirement> pi;  // replaces the plant's own requirement
 };
 
-// Designs the controller and runs it. Throws like design_controller and run_scenario.
+// Designs the controller and runs it. Throws like design_controller, run_scenario and run_tracking.
 Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice& choice);
 
 // What a run of a scenario is analysed for.
@@ -75,13 +76,13 @@ enum class Purpose {
 
 Purpose purpose_of(const ScenarioConfig& scenario);
 
-// The analysis of a run of this study.
+// Returns the analysis of a run of this study.
 std::vector<Figure> measure(const Study& study, const StudyCase& study_case, const Trace& trace);
 
-// The figures of merit that a run of the scenario gives, the one that decides first.
+// Returns the figures of merit that a run of the scenario gives, the one that decides first.
 std::vector<std::string> metrics_of(const ScenarioConfig& scenario);
 
-// The figure that decides in this study (peak error, time to 90 %, overshoot, tracking sigma).
+// Returns the figure that decides in this study (peak error, time to 90 %, overshoot, tracking sigma).
 std::string deciding_metric(const Study& study);
 
 // Numbers of evaluations of a search.
@@ -90,9 +91,9 @@ struct SearchEffort {
   int refine = 50;
 };
 
-// The PI that minimises the deciding metric (mean over cases, seeds 101 and 102, both unused elsewhere) within the
-// margins, and within 10 % of overshoot at start-up. Deterministic. NLopt: DIRECT-L with `effort.explore` evaluations,
-// then Nelder-Mead with `effort.refine`.
+// Returns the PI that minimises the deciding metric (mean over cases, seeds 101 and 102, both unused elsewhere) within
+// the margins, and within 10 % of overshoot at start-up. Deterministic. NLopt: DIRECT-L with `effort.explore`
+// evaluations, then Nelder-Mead with `effort.refine`.
 PiRequirement best_pi(const Study& study, const SearchEffort& effort = {});
 
 }  // namespace trackservo::sim

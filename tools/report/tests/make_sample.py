@@ -57,7 +57,6 @@ def make_sample(folder: Path) -> Path:
     (folder / "results.json").write_text(json.dumps(document, indent=1), encoding="utf-8")
     (folder / "beliefs.json").write_text(json.dumps(_identification_value()), encoding="utf-8")
     (folder / "random_plants.json").write_text(json.dumps(_random_plants()), encoding="utf-8")
-    (folder / "passes.json").write_text(json.dumps(_passes()), encoding="utf-8")
     (folder / "base_motion.json").write_text(json.dumps(_base_motion()), encoding="utf-8")
     (folder / "node_tracking.json").write_text(json.dumps(_node_tracking()), encoding="utf-8")
     return folder
@@ -214,35 +213,15 @@ def _requirement(command: str, case: str, axis: str | None, metric: str, unit: s
 
 
 def _requirements() -> list[dict[str, Any]]:
-    node, passes = "sim_host node-tracking", "sim_host passes"
+    node = "sim_host node-tracking"
     return [
         _requirement(node, "fly-by, predictive loop", "azimuth", "sigma", "urad", 2.22, 2.5),
         _requirement(node, "fly-by, predictive loop", "pitch", "sigma", "urad", 2.75, 3.0),
         _requirement(node, "fly-by, predictive loop", None, "frames_dropped", "1", 0.0, 0.0),
-        _requirement(passes, "pass at 88 deg, 500 m", None, "time_lost", "s", 4.61, 1.153),
-        _requirement(passes, "pass at 89 deg, 500 m", None, "time_lost", "s", None, 1.5),
+        _requirement(node, "pass at 88 deg, 500 m", None, "time_lost", "s", 4.61, 1.153),
+        _requirement(node, "pass at 89 deg, 500 m", None, "time_lost", "s", None, 1.5),
         _requirement("sim_host base-motion", "base turns by 1 deg at 0.3 Hz, pitch 60 deg", "azimuth", "sigma", "urad", 2.1, 14.0),
     ]
-
-
-def _passes() -> dict[str, Any]:
-    def run(seed: int, sigma: float | None, lost: float | None) -> dict[str, Any]:
-        return {"seed": seed, "cross_elevation_sigma_urad": sigma, "elevation_sigma_urad": sigma, "angle_rms_urad": sigma, "lost_s": lost}
-
-    def one(name: str, goal: str, rate: float | None, runs: list[dict[str, Any]], dropout_s: float = 0.0) -> dict[str, Any]:
-        return {"name": name, "goal": goal, "dropout_s": dropout_s, "fastest_azimuth_deg_s": rate, "optimal_lost_s": 1.0, "runs": runs}
-
-    return {
-        "generator": {"program": "sim_host passes", "git": "abc1234", "plant": "tracker", "seeds": [1, 2]},
-        "goal": {"sigma_urad": 5.0, "lost_per_optimal": 1.2},
-        "passes": [
-            one("60 deg, 500 m", "sigma", 4.0, [run(1, 1.4, 0.0), run(2, 1.6, 0.0)]),
-            one("88 deg, 500 m", "lost", 66.0, [run(1, 90.0, 0.75), run(2, 90.0, 0.79)]),
-            one("90 deg, 500 m", "lost", None, [run(1, 90.0, None), run(2, 90.0, 3.3)]),
-            one("60 deg, 500 m, 1 s without frames", "sigma", 4.0, [run(1, 1.4, 0.0), run(2, 1.6, 0.0)], 1.0),
-            one("60 deg, 500 m, evades 5 m/s2", "none", 4.0, [run(1, 37.0, 0.0), run(2, 38.0, 0.0)]),
-        ],
-    }
 
 
 def _base_motion() -> dict[str, Any]:
@@ -276,12 +255,11 @@ def _node_tracking() -> dict[str, Any]:
     def case(name: str, met: bool, *runs: dict[str, Any], dropout_s: float = 0.0) -> dict[str, Any]:
         return {"name": name, "meets_goal": met, "dropout_s": dropout_s, "runs": list(runs)}
 
-    by_run = {"azimuth_sigma_by_run_urad": 2.1, "pitch_sigma_by_run_urad": 2.6}
     age = {"azimuth_sigma_with_right_age_urad": 2.0, "pitch_sigma_with_right_age_urad": 2.4}
     return {
         "generator": {"program": "sim_host node-tracking", "git": "abc1234", "plant": "tracker", "seeds": [1, 2]},
         "cases": [
-            case("fly-by, predictive loop", True, run(1, 2.1, **by_run), run(2, 2.2, **by_run)),
+            case("fly-by, predictive loop", True, run(1, 2.1), run(2, 2.2)),
             case("pass at 88 deg, 500 m up", False, run(1, 80.0, 4.61), run(2, 80.0, None)),
             case("fly-by, stated age +10 ms wrong", True, run(1, 2.0, **age), run(2, 2.1, **age)),
             case("fly-by, 1 s without the target", True, run(1, 2.2, 0.1), run(2, 2.3, 0.17), dropout_s=1.0),

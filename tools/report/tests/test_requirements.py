@@ -31,7 +31,7 @@ def test_both_axes_of_a_figure_share_a_line_and_the_worse_one_decides(folder: Pa
 def test_a_target_that_is_not_found_again_is_reported(folder: Path) -> None:
     table = TABLES["requirements"](load_results(folder))
     assert table is not None
-    assert "| pass at 88°, 500 m: time without the target, s | ≤ 1.153 | 4.61 ✗ | `sim_host passes` |" in table
+    assert "| pass at 88°, 500 m: time without the target, s | ≤ 1.153 | 4.61 ✗ | `sim_host node-tracking` |" in table
     assert "| pass at 89°, 500 m: time without the target, s | ≤ 1.5 | never again ✗ |" in table
 
 
@@ -70,11 +70,11 @@ def test_what_other_commands_measure_has_a_command_and_no_number(folder: Path, p
 
 def test_a_study_that_was_not_run_is_named_with_its_command(changed: Any, capsys: pytest.CaptureFixture[str]) -> None:
     def without(data: dict[str, Any]) -> None:
-        data["requirements"] = [row for row in data["requirements"] if row["command"] != "sim_host passes"]
+        data["requirements"] = [row for row in data["requirements"] if row["command"] != "sim_host base-motion"]
 
     folder = changed(without)
     assert main([str(folder)]) == 0
-    assert f"not measured: sim_host passes --out {folder}" in capsys.readouterr().out
+    assert f"not measured: sim_host base-motion --out {folder}" in capsys.readouterr().out
 
 
 def test_results_of_older_programs_have_no_rows(changed: Any, capsys: pytest.CaptureFixture[str]) -> None:

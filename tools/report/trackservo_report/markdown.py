@@ -34,13 +34,11 @@ from .studies import (
     identification_value_rows,
     isolation_rows,
     node_tracking_rows,
-    passes_rows,
     pitch_margin_rows,
     random_plants_rows,
     read_base_motion,
     read_identification_value,
     read_node_tracking,
-    read_passes,
     read_random_plants,
     stability_rows,
     worst_rows,
@@ -207,12 +205,6 @@ def random_plants_table(results: Results) -> str | None:
     return "\n\n".join([_wrapped(said), *tables])
 
 
-def passes_table(results: Results) -> str | None:
-    """Straight passes; nothing where they were not run."""
-    study = read_passes(results.folder)
-    return _table(*passes_rows(study)) if study else None
-
-
 def node_tracking_table(results: Results) -> str | None:
     """Tracking in the running node; nothing where it was not run."""
     study = read_node_tracking(results.folder)
@@ -240,7 +232,6 @@ TABLES: dict[str, Callable[[Results], str | None]] = {
     "variance": variance_table,
     "beliefs": identification_value_table,
     "random_plants": random_plants_table,
-    "passes": passes_table,
     "node_tracking": node_tracking_table,
     "base_tracking": _base_motion_table(base_tracking_rows),
     "base_isolation": _base_motion_table(isolation_rows),

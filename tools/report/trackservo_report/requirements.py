@@ -10,7 +10,6 @@ from .load import Requirement
 
 METRIC_TITLES = {
     "sigma": "1σ",
-    "sigma_over_run": "1σ ÷ 1σ by run",
     "sigma_over_right_age": "1σ ÷ 1σ with the right age",
     "time_lost": "time without the target",
     "torque_step": "largest change of the torque in a tick",
@@ -24,7 +23,7 @@ METRIC_TITLES = {
 COUNTED = "frames_dropped"
 """Required of every run: it has a line only where it is missed."""
 
-STUDIES = ("sim_host node-tracking", "sim_host passes", "sim_host base-motion")
+STUDIES = ("sim_host node-tracking", "sim_host base-motion")
 """The commands that ./tools/demo --all runs for these rows."""
 
 

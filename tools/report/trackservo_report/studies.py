@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Studies beside the campaign, each with a file of its own: value of identification, random plants,
-straight passes, a turning base, and tracking in the running node.
+a turning base, and tracking in the running node.
 
-They are run on demand (the last three by ./tools/demo --all, too); a folder without them has no table of them.
+They are run on demand (the last two by ./tools/demo --all, too); a folder without them has no table of them.
 """
 
 from __future__ import annotations
@@ -37,11 +37,6 @@ def read_random_plants(folder: Path) -> dict[str, Any] | None:
     return _read(folder, "random_plants.json", "sim_host random-plants")
 
 
-def read_passes(folder: Path) -> dict[str, Any] | None:
-    """What `sim_host passes` wrote into the folder."""
-    return _read(folder, "passes.json", "sim_host passes")
-
-
 def read_base_motion(folder: Path) -> dict[str, Any] | None:
     """What `sim_host base-motion` wrote into the folder."""
     return _read(folder, "base_motion.json", "sim_host base-motion")
@@ -63,27 +58,6 @@ def _lost(runs: list[dict[str, Any]]) -> str:
 def _both(runs: list[dict[str, Any]], azimuth: str, pitch: str) -> str:
     """Figures of both axes, the worst seed."""
     return " and ".join(f"{max(run[name] for run in runs):.2f}" for name in (azimuth, pitch))
-
-
-def passes_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows: each pass with its requirement and errors, mean and worst seed."""
-    rows = []
-    for item in study["passes"]:
-        runs, goal = item["runs"], item["goal"]
-        held = goal != "lost"
-        rate = item["fastest_azimuth_deg_s"]
-        required = {
-            "sigma": f"1σ ≤ {study['goal']['sigma_urad']:g}" + (" from 0.5 s after it on" if item["dropout_s"] else ""),
-            "lost": f"lost for at most {study['goal']['lost_per_optimal'] * item['optimal_lost_s']:.2f} s",
-            "none": "for information",
-        }
-        errors = [
-            f"{number(sum(values) / len(values))} ({number(max(values))})" if held else "–"
-            for values in ([run[name] for run in runs] for name in ("cross_elevation_sigma_urad", "elevation_sigma_urad"))
-        ]
-        turns = "half a turn" if rate is None or rate > FASTEST_DEG_S else f"{rate:.0f} °/s"
-        rows.append([_printed(item["name"]), turns, required[goal], *errors, "–" if goal == "none" else _lost(runs)])
-    return ["closest approach", "azimuth turns by", "required", "cross-elevation", "elevation", "lost"], rows
 
 
 BASE_AXES = ("roll", "pitch", "yaw")
@@ -140,30 +114,26 @@ def _mark(met: bool) -> str:
     return " ✓" if met else " ✗"
 
 
-FASTEST_DEG_S = 1e4
-"""Above this the pass is one through the zenith."""
-
-
 def node_tracking_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows: each target over CAN beside its reference, the worst seed."""
+    """Head and rows: each target, the worst seed."""
     rows = []
     for item in study["cases"]:
         runs = item["runs"]
         follows = item["dropout_s"] > 0 or _lost(runs) == "never"  # after a dropout, errors count from 0.5 s after it
-        reference = next((suffix for suffix in REFERENCES if f"azimuth_sigma_{suffix}_urad" in runs[0]), None)
         rows.append(
             [
                 _printed(item["name"]),
                 _both(runs, "azimuth_sigma_urad", "pitch_sigma_urad") if follows else "–",
-                f"{REFERENCES[reference]}: {_both(runs, f'azimuth_sigma_{reference}_urad', f'pitch_sigma_{reference}_urad')}" if reference else "–",
+                _both(runs, *RIGHT_AGE) if RIGHT_AGE[0] in runs[0] else "–",
                 _lost(runs),
                 f"{max(run['largest_step_nm'] for run in runs):.2f}",
             ]
         )
-    return ["target", "1σ over CAN, µrad", "beside, µrad", "lost", "torque, Nm per tick"], rows
+    return ["target", "1σ, µrad", "with the right age, µrad", "lost", "torque, Nm per tick"], rows
 
 
-REFERENCES = {"by_run": "by run", "with_right_age": "with the right age"}
+RIGHT_AGE = ("azimuth_sigma_with_right_age_urad", "pitch_sigma_with_right_age_urad")
+"""Of the same target, where the stated age of the frames is wrong."""
 
 
 def _printed(name: str) -> str:
