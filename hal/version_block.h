@@ -6,9 +6,10 @@
 #ifndef TRACKSERVO_HAL_VERSION_BLOCK_H
 #define TRACKSERVO_HAL_VERSION_BLOCK_H
 
+#include <assert.h>
 #include <stdint.h>
 
-enum { VERSION_BLOCK_FORMAT = 1, VERSION_TEXT_BYTES = 16, VERSION_GIT_BYTES = 48 };
+enum { VERSION_BLOCK_FORMAT = 1, VERSION_TEXT_BYTES = 16, VERSION_GIT_BYTES = 48, VERSION_BOARD_BYTES = 12 };
 
 #define VERSION_BLOCK_MAGIC 0x56535354u /* "TSSV" */
 
@@ -19,10 +20,10 @@ typedef struct {
   uint32_t crc32;
   char version[VERSION_TEXT_BYTES]; /* filled up with zeros */
   char git[VERSION_GIT_BYTES];
-  uint32_t schema_hash; /* of the object dictionary; see node/schema_hash.h */
-  uint32_t reserved[3];
+  uint32_t schema_hash;            /* of the object dictionary; see node/schema_hash.h */
+  char board[VERSION_BOARD_BYTES]; /* the folder of hal/boards; zeros in an image of before 2026-12 */
 } version_block;
-_Static_assert(sizeof(version_block) == 96, "as tools/image/stamp_image.py writes it");
+static_assert(sizeof(version_block) == 96, "as tools/image/stamp_image.py writes it");
 
 /* The product's folder fills it in. volatile: the compiler must not believe that what it sees there is what the flash
  * will hold. */

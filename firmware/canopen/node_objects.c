@@ -234,22 +234,26 @@ bool node_objects_are_good(const object_dictionary *dictionary, const communicat
   return good;
 }
 
+static void clear(canopen_node *node, uint16_t code) {
+  (void)emergency_clear(&node->emergency, &node->objects.emergency, EMERGENCY_SOURCE_NODE, code);
+}
+
 void node_objects_judge_heartbeats(canopen_node *node) {
   bool lost = false;
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     lost = lost || node->consumers[i].health == HEARTBEAT_LOST;
   }
   if (!lost) {
-    (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_HEARTBEAT);
+    clear(node, EMERGENCY_HEARTBEAT);
   }
 }
 
 /* With its details, or no longer. */
 static void report(canopen_node *node, const emergency_error *error, bool active) {
   if (active) {
-    (void)canopen_node_raise(node, error);
+    (void)emergency_raise(&node->emergency, &node->objects.emergency, error);
   } else {
-    (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, error->code);
+    clear(node, error->code);
   }
 }
 
@@ -304,7 +308,7 @@ void node_objects_configure_sync(canopen_node *node) {
   node->listeners.sync = node->objects.sync.cob_id & COB_ID_IDENTIFIER;
   sync_reset(&node->sync);
   sync_clock_reset(&node->clock);
-  (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_CLOCK);
+  clear(node, EMERGENCY_SYNC_CLOCK);
 }
 
 static bool sdo_is_on(const communication_objects *objects, uint32_t channel) {

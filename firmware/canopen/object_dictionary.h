@@ -167,6 +167,7 @@ typedef struct {
 struct od_part {
   od_table table;
   uint16_t shift;     /* added to every index of the table: 0x800 for the second axis */
+  bool has_commands;  /* a reset of the application gives its values their defaults */
   bool measures;      /* an RPDO writes what a sensor measures: a PDO of such objects alone is no word of the master */
   const char *prefix; /* prefix of every name in EDS, DBC and documentation; "" for none */
   void *values;       /* the struct to which the offsets of the table refer */

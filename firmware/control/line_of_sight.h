@@ -62,7 +62,7 @@ typedef struct {
 
 line_of_sight_turn line_of_sight_turn_to(rotation pitch, image_vector error);
 
-/* Its error_rad alone. */
+/* Returns its error_rad alone. */
 joint_vector line_of_sight_joint_errors(rotation pitch, image_vector error);
 
 /* Rates of the image frame about its axes when the joints turn: about e (cross-elevation), about -c (elevation) and
@@ -86,8 +86,8 @@ typedef struct {
 /* Returns the inertia of the azimuth at this pitch. */
 float pointing_azimuth_inertia_kg_m2(const pointing_inertia *inertia, rotation pitch);
 
-/* Torques of both joints for these rates (rad/s) and accelerations (rad/s^2) of the joints on a base at rest, without
- * friction and gravity, from the Lagrangian  L = (J0 + J1 cos^2 theta) psi'^2 / 2 + Jp theta'^2 / 2:
+/* Returns the torques of both joints for these rates (rad/s) and accelerations (rad/s^2) of the joints on a base at
+ * rest, without friction and gravity, from the Lagrangian  L = (J0 + J1 cos^2 theta) psi'^2 / 2 + Jp theta'^2 / 2:
  *
  *     azimuth  (J0 + J1 cos^2 theta) psi'' - J1 sin(2 theta) psi' theta'
  *     pitch    Jp theta'' + J1 sin(2 theta) psi'^2 / 2 */

@@ -145,8 +145,8 @@ void speed_loop_follow(speed_loop_state *state, const speed_loop_params *params,
 speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
                                   const speed_loop_samples *samples, float dt_s);
 
-/* `applied_nm` is the torque that the motor gave since the last tick: the last command, or as much of it as the current
- * loop could apply. */
+/* Runs the control. `applied_nm` is the torque that the motor gave since the last tick: the last command, or as much of
+ * it as the current loop could apply. */
 speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_params *params,
                                      const speed_loop_rates *rates, const speed_reference *reference, float applied_nm,
                                      const torque_limits *limits, float dt_s);

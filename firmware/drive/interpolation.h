@@ -21,7 +21,7 @@ enum { INTERPOLATION_MAX_TICKS = 255, INTERPOLATION_POINTS = 3 };
  * system is sometimes late by that much. */
 enum { INTERPOLATION_HELD_PERIODS = 3, INTERPOLATION_HELD_TICKS = 20 };
 
-/* Ticks in period 10^exponent s, rounded; 0 when that is not 1 .. 255 ticks: a dictionary refuses such a value. */
+/* Returns period 10^exponent s in ticks, rounded; 0 when that is not 1 .. 255: a dictionary refuses such a value. */
 int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s);
 
 bool interpolation_stale(int age_ticks, int period_ticks);

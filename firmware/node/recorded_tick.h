@@ -6,7 +6,7 @@
  *     joint angle, joint rate | inertial rate, torque | number, kind, run, reference
  *
  * A receiver knows that the first two belong to a tick when they came, once each and in this order, between the third
- * of the previous tick and the third of this one. They are what sim_host/simulator/commissioning/acquisition.cpp
+ * of the previous tick and the third of this one. They are what sim_host/design/commissioning/acquisition.cpp
  * records. */
 #ifndef TRACKSERVO_NODE_RECORDED_TICK_H
 #define TRACKSERVO_NODE_RECORDED_TICK_H

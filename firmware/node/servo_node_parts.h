@@ -17,7 +17,7 @@ enum { SOURCE_BOARD = SERVO_AXES + 1, SOURCE_STORAGE = SERVO_AXES + 2 };
 
 bool servo_node_any_axis_is_powered(const servo_node *node);
 
-/* The same, or an axis still turns since it had torque: protection may have to brake it. */
+/* Returns the same, or whether an axis still turns since it had torque: protection may have to brake it. */
 bool servo_node_any_axis_moves(const servo_node *node);
 
 /* Gives both axes a fault in the next tick. */

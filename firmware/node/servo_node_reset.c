@@ -35,8 +35,7 @@ void servo_node_reset_begins(void *context, bool whole_node) {
 
 /* Every part with commands gets its defaults; gains come from the stored parameters. */
 static void restore_part(servo_node *node, const od_part *part) {
-  if (part->hooks == &servo_node_drive_hooks || part->hooks == &experiment_objects_hooks ||
-      part->hooks == &scope_objects_hooks || part->hooks == &fault_objects_hooks) {
+  if (part->has_commands) {
     od_restore_defaults(part, node->canopen.config.node_id);
   }
 }

@@ -90,7 +90,8 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .prefix = prefixes[i],
                                .values = &axis->experiment,
                                .owner = axis,
-                               .hooks = &experiment_objects_hooks};
+                               .hooks = &experiment_objects_hooks,
+                               .has_commands = true};
     parts[count++] =
         (od_part){.table = recorded_tick_table, .shift = shift, .prefix = prefixes[i], .values = &axis->recorded};
     parts[count++] = (od_part){.table = drive_objects_table,
@@ -99,20 +100,23 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .values = &axis->objects,
                                .owner = axis,
                                .hooks = &servo_node_drive_hooks,
+                               .has_commands = true,
                                .defaults = &factory->drive[i]};
   }
   parts[count++] = (od_part){.table = scope_objects_table,
                              .prefix = "",
                              .values = &node->scope_setup,
                              .owner = node,
-                             .hooks = &scope_objects_hooks};
+                             .hooks = &scope_objects_hooks,
+                             .has_commands = true};
   parts[count++] = (od_part){.table = scope_signals_table, .prefix = "", .values = node};
   node->fault_owner = (fault_objects_owner){&node->fault_setup, &node->log};
   parts[count++] = (od_part){.table = fault_objects_table,
                              .prefix = "",
                              .values = &node->fault_setup,
                              .owner = &node->fault_owner,
-                             .hooks = &fault_objects_hooks};
+                             .hooks = &fault_objects_hooks,
+                             .has_commands = true};
   parts[count++] = (od_part){.table = shared_table, .prefix = "", .values = &node->objects};
   parts[count++] = (od_part){.table = board_objects_table,
                              .prefix = "",

@@ -103,7 +103,7 @@ typedef struct {
 /* Returns CONTROL_OK, or why these parameters are refused. */
 control_status camera_input_check(const camera_input_params *params);
 
-/* The next sender that begins anew needs no more than CAMERA_RESTART messages. */
+/* Lets the next sender that begins anew need no more than CAMERA_RESTART messages. */
 static inline void camera_input_expect_restarts(camera_input *input) { input->begun = 0; }
 
 /* Forgets all messages. */

@@ -10,7 +10,7 @@
 #include "servo/servo_axis.h"
 #include "servo/servo_timing.h"
 
-enum { SERVO_AZIMUTH = 0, SERVO_PITCH = 1, SERVO_AXES = 2 };
+enum { SERVO_AZIMUTH = 0, SERVO_PITCH = 1, SERVO_AXES = HAL_AXES };
 
 typedef struct {
   servo_axis_params axis[SERVO_AXES];

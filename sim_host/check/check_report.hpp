@@ -24,12 +24,12 @@ struct CheckReport {
   std::optional<Comparison> comparison;
   bool worse_is_red = true;
 
-  // Changes for the worse since the baseline that fail the check.
+  // Returns whether changes for the worse since the baseline fail the check.
   bool red_by_baseline() const { return comparison && worse_is_red && comparison->count(ChangeKind::kWorse) > 0; }
   bool kept() const { return all_kept(figures) && !red_by_baseline(); }
 };
 
-// To the standard output: a line per figure, changes since the baseline, and the missed limits at the end.
+// Prints to the standard output: a line per figure, changes since the baseline, and the missed limits at the end.
 void print(const CheckReport& report);
 
 // Throws std::runtime_error that names the file.

@@ -7,12 +7,12 @@
 #include <limits>
 #include <map>
 
-#include "base/job_pool.hpp"
 #include "check/drive_case.hpp"
 #include "check/loop_figures.hpp"
 #include "device/simulated_device.hpp"
 #include "device/tracking_run.hpp"
-#include "run/scenario_run.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/run/scenario_run.hpp"
 #include "studies/shared/study.hpp"
 
 namespace trackservo::sim {

@@ -14,7 +14,7 @@
 #include "check/checked_device.hpp"
 #include "check/figure.hpp"
 #include "check/gains_file.hpp"
-#include "config/scenario_config.hpp"
+#include "machine/config/scenario_config.hpp"
 
 namespace trackservo::sim {
 

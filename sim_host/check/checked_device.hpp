@@ -12,9 +12,9 @@
 #include <optional>
 #include <string>
 
-#include "config/plant_config.hpp"
 #include "device/can_client.hpp"
 #include "device/device.hpp"
+#include "machine/config/plant_config.hpp"
 
 namespace trackservo::sim {
 

@@ -9,10 +9,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "analysis/statistics.hpp"
 #include "check/results_file.hpp"
-#include "config/config_error.hpp"
 #include "json_text.hpp"
+#include "judge/analysis/statistics.hpp"
+#include "machine/config/config_error.hpp"
 
 namespace trackservo::sim {
 namespace {

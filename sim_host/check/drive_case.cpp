@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "run/scenario_run.hpp"
+#include "machine/run/scenario_run.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "check/checked_device.hpp"
 #include "check/gains_file.hpp"
-#include "config/scenario_config.hpp"
-#include "run/trace.hpp"
+#include "machine/config/scenario_config.hpp"
+#include "machine/run/trace.hpp"
 
 namespace trackservo::sim {
 

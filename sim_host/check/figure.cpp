@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "analysis/statistics.hpp"
+#include "judge/analysis/statistics.hpp"
 
 namespace trackservo::sim {
 namespace {

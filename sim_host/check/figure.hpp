@@ -37,7 +37,7 @@ struct CheckFigure {
   std::optional<std::string> failure;  // the reason, of the first such run
 };
 
-// "rms_error" and "deg/s" give "rms_error_deg_s".
+// Returns the name of a metric with its unit: "rms_error" and "deg/s" give "rms_error_deg_s".
 std::string name_with_unit(const std::string& metric, const std::string& unit);
 
 // Returns the good direction of a figure, by its name with unit.

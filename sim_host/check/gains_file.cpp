@@ -11,10 +11,10 @@
 #include <set>
 #include <stdexcept>
 
-#include "config/toml_reader.hpp"
 #include "device/driven_node.hpp"
 #include "dictionary/parameter_names.hpp"
 #include "dictionary/refusal_text.hpp"
+#include "machine/config/toml_reader.hpp"
 
 extern "C" {
 #include "parameters/axis_dictionary.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "check/checked_device.hpp"
-#include "config/source_lines.hpp"
+#include "machine/config/source_lines.hpp"
 
 namespace trackservo::sim {
 
@@ -36,7 +36,7 @@ Gains read_gains(const std::filesystem::path& file, const PlantConfig& plant);
 // Throws ConfigError at the line of a value that the device refuses, std::runtime_error when it refuses the whole set.
 void apply_gains(CheckedDevice& device, const Gains& gains);
 
-// The gains that the design computes for this plant, with its limits, as a gains file. Throws ConfigError,
+// Writes the gains that the design computes for this plant, with its limits, as a gains file. Throws ConfigError,
 // std::runtime_error.
 void write_designed_gains(const PlantConfig& plant, const std::filesystem::path& file);
 

@@ -9,8 +9,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "analysis/statistics.hpp"
-#include "config/toml_reader.hpp"
+#include "judge/analysis/statistics.hpp"
+#include "machine/config/toml_reader.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -30,17 +30,18 @@ struct Limits {
   std::vector<Limit> values;
   std::optional<int> for_seeds;  // number of seeds of the means for which they hold
 
-  // None when the figure is not limited.
+  // Returns the limit of a figure; nullptr when it is not limited.
   const Limit *find(const FigureKey& key) const;
 };
 
-// `figures` are those of the check. With `subset`, scenarios that were not chosen may have limits. Throws ConfigError
-// for unknown names, for values that are no limits, and for a scenario of the check that has none.
+// Reads the limits of a check; `figures` are those of the check. With `subset`, scenarios that were not chosen may have
+// limits. Throws ConfigError for unknown names, for values that are no limits, and for a scenario of the check that has
+// none.
 Limits read_limits(const std::filesystem::path& file, const std::vector<CheckFigure>& figures, bool subset);
 
-// Limits that an unchanged plant and firmware meet with other seeds: mean and six standard errors of the difference of
-// two means, and at least 5 %. Writes the file. Throws std::runtime_error when it cannot be written, or when a figure
-// has no value.
+// Returns limits that an unchanged plant and firmware meet with other seeds: mean and six standard errors of the
+// difference of two means, and at least 5 %. Writes the file. Throws std::runtime_error when it cannot be written, or
+// when a figure has no value.
 Limits learn_limits(const std::vector<CheckFigure>& figures, const std::string& what, int seeds,
                     const std::filesystem::path& file);
 

@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "analysis/margin_measurement.hpp"
 #include "design/loop_margins.hpp"
+#include "design/margin_measurement.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/statistics.hpp"
+#include "judge/analysis/statistics.hpp"
 
 namespace trackservo::sim {
 namespace {

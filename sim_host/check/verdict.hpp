@@ -20,7 +20,7 @@ struct JudgedFigure {
   std::string problem;  // one sentence; empty when the limit is met
 };
 
-// A figure without a value meets no limit.
+// Returns each figure with its verdict; a figure without a value meets no limit.
 std::vector<JudgedFigure> judge(const std::vector<CheckFigure>& figures, const Limits& limits);
 
 bool all_kept(const std::vector<JudgedFigure>& judged);

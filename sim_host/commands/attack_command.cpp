@@ -8,11 +8,11 @@
 #include <memory>
 #include <optional>
 
-#include "attack/attack_campaign.hpp"
-#include "attack/named_sequences.hpp"
 #include "command_line.hpp"
-#include "config/arguments.hpp"
-#include "config/data_folder.hpp"
+#include "judge/attack/attack_campaign.hpp"
+#include "judge/attack/named_sequences.hpp"
+#include "machine/config/arguments.hpp"
+#include "machine/config/data_folder.hpp"
 #include "output_files.hpp"
 
 namespace trackservo::sim {

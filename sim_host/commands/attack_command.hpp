@@ -7,7 +7,7 @@
 
 namespace trackservo::sim {
 
-// `code` becomes the program's exit code: 1 when a run did harm.
+// Adds the subcommand attack; `code` becomes the program's exit code: 1 when a run did harm.
 void add_attack(CLI::App& app, int& code);
 
 }  // namespace trackservo::sim

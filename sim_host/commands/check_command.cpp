@@ -14,10 +14,10 @@
 #include "check/check_run.hpp"
 #include "check/results_file.hpp"
 #include "command_line.hpp"
-#include "config/arguments.hpp"
-#include "config/data_folder.hpp"
+#include "machine/config/arguments.hpp"
+#include "machine/config/data_folder.hpp"
+#include "machine/run/scenario_check.hpp"
 #include "output_files.hpp"
-#include "run/scenario_check.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -19,10 +19,11 @@ namespace trackservo::sim {
 // Devices that run an image of the board. Throws std::runtime_error when it cannot be read.
 using ImageDevices = std::function<DeviceMaker(const std::filesystem::path& image)>;
 
-// `arguments` are those of this program, to pass them on; without `image_devices`, --image does so.
+// Adds the subcommand check; `arguments` are those of this program, to pass them on; without `image_devices`, --image
+// does so.
 void add_check(CLI::App& app, int& code, const std::vector<std::string>& arguments, const ImageDevices& image_devices);
 
-// sim_host gains: the gains that the design computes for a plant, as a gains file.
+// Adds the subcommand gains, which writes the gains that the design computes for a plant as a gains file.
 void add_gains(CLI::App& app);
 
 }  // namespace trackservo::sim

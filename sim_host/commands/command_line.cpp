@@ -10,10 +10,10 @@
 #include <set>
 #include <stdexcept>
 
-#include "base/progress.hpp"
-#include "config/arguments.hpp"
 #include "design/design_check.hpp"
-#include "run/scenario_check.hpp"
+#include "machine/base/progress.hpp"
+#include "machine/config/arguments.hpp"
+#include "machine/run/scenario_check.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -15,7 +15,7 @@ namespace trackservo::sim {
 
 constexpr const char *kDataHelp = "folder with plants/ and scenarios/";
 
-// To the standard error, each text once, for however many runs it is valid.
+// Writes each text to the standard error once, for however many runs it is valid.
 void warn(const std::vector<std::string>& texts);
 
 // Refuses inconsistent input and warns of unusual input, before the first run of a study. Throws like
@@ -25,13 +25,13 @@ servo_params checked_design(const Study& study, const ControllerSpec& spec, cons
 // Call it before the first job, whose time counts too.
 void start_progress();
 
-// After every finished job, to the standard error; see progress.hpp.
+// Writes the progress to the standard error; see progress.hpp. Call after every finished job.
 void show_progress(int done, int total, const std::string& what);
 
 // Throws std::invalid_argument.
 void refuse_repeated_seeds(std::vector<std::uint64_t> seeds);
 
-// For an option that is a seed.
+// Returns the check for an option that is a seed.
 CLI::Validator seed();
 
 struct SeedRange {
@@ -40,16 +40,16 @@ struct SeedRange {
   bool has_first = false;
 };
 
-// "N": so many, from 1 on. "A-B": from A to B. Nothing when it is neither.
+// Returns the seeds that the text names. "N": so many, from 1 on. "A-B": from A to B. Nothing when it is neither.
 std::optional<SeedRange> seed_range(const std::string& text);
 
-// For an option that seed_range reads, with `min` to `max` seeds.
+// Returns the check for an option that seed_range reads, with `min` to `max` seeds.
 CLI::Validator seed_range_check(int min, int max);
 
-// The option --threads, whose default is one thread per processor.
+// Adds the option --threads, whose default is one thread per processor.
 void add_threads(CLI::App& command, int& threads);
 
-// For an option that is a share: 0 to `most`; unlike CLI::Range it refuses NaN.
+// Returns the check for an option that is a share: 0 to `most`; unlike CLI::Range it refuses NaN.
 CLI::Validator share(double most);
 
 // Parses the arguments, which runs the chosen command, and ends as every program of ours: with the code that the

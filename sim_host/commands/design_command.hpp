@@ -16,7 +16,8 @@ struct DesignCommand {
   std::filesystem::path json;
 };
 
-// The subcommand's options fill `options`, which must exist longer than `app`; the subcommand runs when it is given.
+// Adds the subcommand design. Its options fill `options`, which must exist longer than `app`; the subcommand runs when
+// it is given.
 void add_design_command(CLI::App& app, DesignCommand& options);
 
 }  // namespace trackservo::identification

@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <memory>
 
-#include "base/job_pool.hpp"
 #include "command_line.hpp"
-#include "config/data_folder.hpp"
-#include "fault_injection/fault_matrix.hpp"
-#include "fault_injection/fault_scenario.hpp"
-#include "fault_injection/shaking_gains.hpp"
-#include "fault_injection/soak.hpp"
+#include "judge/fault_injection/fault_matrix.hpp"
+#include "judge/fault_injection/fault_scenario.hpp"
+#include "judge/fault_injection/shaking_gains.hpp"
+#include "judge/fault_injection/soak.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/config/data_folder.hpp"
 #include "studies/random_plants/monitored_plants.hpp"
 
 namespace trackservo::sim {

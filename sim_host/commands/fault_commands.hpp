@@ -7,7 +7,7 @@
 
 namespace trackservo::sim {
 
-// `code` becomes 1 when a requirement was violated, or a fault occurred without a reason.
+// Adds the subcommand; `code` becomes 1 when a requirement was violated, or a fault occurred without a reason.
 void add_faults(CLI::App& app, int& code);
 void add_soak(CLI::App& app, int& code);
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "config/arguments.hpp"
+#include "machine/config/arguments.hpp"
 
 namespace trackservo::sim {
 namespace fs = std::filesystem;

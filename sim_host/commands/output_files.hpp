@@ -22,23 +22,26 @@ class OutputFiles {
 
   CLI::Option *file(const std::string& option, std::filesystem::path& path, const std::string& help);
 
-  // A folder, made if it does not exist, with all `files` that the command writes into it: a name, or "NAME/" for every
-  // result (.csv, .json) in this folder and below.
+  // Adds an option for a folder, made if it does not exist, with all `files` that the command writes into it: a name,
+  // or "NAME/" for every result (.csv, .json) in this folder and below.
   CLI::Option *folder(const std::string& option, std::filesystem::path& path, const std::string& help,
                       const std::vector<std::string>& files);
 
-  // `option` names a file that the command reads if it exists, and continues or makes: no other option may write it.
+  // Notes that `option` names a file that the command reads if it exists, and continues or makes: no other option may
+  // write it.
   CLI::Option *kept(CLI::Option *option);
 
-  // A file that the command reads, also when `path` has kept its default. Files of options without a default need no
-  // call: each file that an option names is read, unless it is an output.
+  // Adds an option for a file that the command reads, also when `path` has kept its default. Files of options without a
+  // default need no call: each file that an option names is read, unless it is an output.
   CLI::Option *input(const std::string& option, std::filesystem::path& path, const std::string& help);
   void reads(const std::function<std::vector<std::filesystem::path>()>& files);
 
-  // No other option may write `file`, a name that the command derives from an option's value. Call before it writes.
+  // Refuses `file`, a name that the command derives from an option's value, when another option writes it, too. Call
+  // before the command writes it.
   void apart(const std::string& option, const std::filesystem::path& file) const;
 
-  // For a name that the command derives from an option's value, before it writes any file. "NAME/" as in folder().
+  // Checks a name that the command derives from an option's value. Call before the command writes any file. "NAME/" as
+  // in folder().
   void check(const std::string& option, const std::filesystem::path& file) const;
 
  private:

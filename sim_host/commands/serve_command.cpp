@@ -8,9 +8,9 @@
 
 #include "board_program.hpp"
 #include "command_line.hpp"
-#include "config/arguments.hpp"
-#include "config/data_folder.hpp"
 #include "design/design_check.hpp"
+#include "machine/config/arguments.hpp"
+#include "machine/config/data_folder.hpp"
 #include "output_files.hpp"
 #include "target_arguments.hpp"
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "config/plant_config.hpp"
-#include "serve/server.hpp"
+#include "device/serve/server.hpp"
+#include "machine/config/plant_config.hpp"
 
 namespace trackservo::sim {
 
@@ -31,7 +31,8 @@ constexpr const char *kSensors[] = {"azimuth-encoder", "azimuth-gyro", "pitch-en
 using ServeBoard = std::function<int(const BoardOptions& board, const PlantConfig& plant, const ServeOptions& options,
                                      const ServeReports& reports)>;
 
-// `arguments` are those of this program, to pass them on; without `serve_board`, --image does so.
+// Adds the subcommand serve; `arguments` are those of this program, to pass them on; without `serve_board`, --image
+// does so.
 void add_serve(CLI::App& app, int& code, const std::vector<std::string>& arguments, const ServeBoard& serve_board);
 
 }  // namespace trackservo::sim

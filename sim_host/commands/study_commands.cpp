@@ -6,11 +6,11 @@
 #include <memory>
 #include <numeric>
 
-#include "base/checksum.hpp"
-#include "base/job_pool.hpp"
 #include "command_line.hpp"
-#include "config/arguments.hpp"
-#include "config/data_folder.hpp"
+#include "machine/base/checksum.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/config/arguments.hpp"
+#include "machine/config/data_folder.hpp"
 #include "output_files.hpp"
 #include "studies/base_motion/base_motion.hpp"
 #include "studies/campaign/campaign.hpp"

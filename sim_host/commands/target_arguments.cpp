@@ -6,9 +6,9 @@
 #include <cstdio>
 
 #include "command_line.hpp"
-#include "config/scenario_config.hpp"
-#include "run/scenario_check.hpp"
-#include "target/fly_by.hpp"
+#include "machine/config/scenario_config.hpp"
+#include "machine/run/scenario_check.hpp"
+#include "machine/target/fly_by.hpp"
 
 namespace trackservo::sim {
 namespace {

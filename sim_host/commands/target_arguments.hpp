@@ -6,9 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
-#include "config/plant_config.hpp"
+#include "device/serve/served_target.hpp"
+#include "machine/config/plant_config.hpp"
 #include "output_files.hpp"
-#include "serve/served_target.hpp"
 
 namespace trackservo::sim {
 
@@ -20,12 +20,12 @@ struct TargetArguments {
 // Adds --target, --camera-id, --video, --truth and --overwrite.
 void add_target(CLI::App& command, OutputFiles& outputs, TargetArguments& arguments);
 
-// With the scenario of --target. Throws like load_scenario, also for a scenario without a target or a course that the
-// machine cannot follow; warns of what is unusual.
+// Returns the options with the scenario of --target. Throws like load_scenario, also for a scenario without a target or
+// a course that the machine cannot follow; warns of what is unusual.
 TargetOptions load_target(const TargetArguments& arguments, const PlantConfig& plant);
 
-// A line on the standard output: where the target waits, and what shows it. One on the standard error for a machine of
-// which only the bus is seen: how it is known that an axis tracks. None without a target.
+// Prints a line to the standard output: where the target waits, and what shows it. For a machine of which only the bus
+// is seen, prints one to the standard error: how it is known that an axis tracks. Prints none without a target.
 void print_start(const TargetOptions& target, bool sees_only_the_bus);
 
 }  // namespace trackservo::sim

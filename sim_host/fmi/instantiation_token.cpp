@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "base/checksum.hpp"
+#include "machine/base/checksum.hpp"
 #include "unit_description.hpp"
 
 namespace trackservo::fmi {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "run/scenario_check.hpp"
+#include "machine/run/scenario_check.hpp"
 
 namespace trackservo::fmi {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "config/plant_config.hpp"
-#include "plant/truth.hpp"
+#include "machine/config/plant_config.hpp"
+#include "machine/plant/truth.hpp"
 #include "unit.hpp"
 
 namespace trackservo::fmi {

@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
+#include "machine/plant/tracker.hpp"
 #include "machine_variables.hpp"
-#include "plant/tracker.hpp"
 #include "unit.hpp"
 
 namespace trackservo::fmi {

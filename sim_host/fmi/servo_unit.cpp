@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "design/control_design.hpp"
+#include "machine/run/machine.hpp"
 #include "machine_variables.hpp"
-#include "run/machine.hpp"
 #include "unit.hpp"
 
 namespace trackservo::fmi {

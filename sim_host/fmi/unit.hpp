@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "base/axis.hpp"
+#include "machine/base/axis.hpp"
 
 namespace trackservo::fmi {
 
@@ -35,14 +35,15 @@ class Unit {
   Unit& operator=(const Unit&) = delete;
   virtual ~Unit() = default;
 
-  // The same in every unit of one kind. The index of a variable is its value reference minus 1; 0 is the time.
+  // Returns the variables, the same in every unit of one kind. The index of a variable is its value reference minus 1;
+  // 0 is the time.
   const std::vector<Variable>& variables() const { return variables_; }
 
   // Builds the machine from the parameters, at rest. May be called again. Throws std::exception with a sentence for
   // people if a parameter is wrong.
   virtual void start() = 0;
 
-  // One PWM period: inputs count from its beginning on, outputs are those at its end.
+  // Runs one PWM period: inputs count from its beginning on, outputs are those at its end.
   virtual void step() = 0;
 
  protected:
@@ -54,10 +55,10 @@ struct UnitKind {
   const char *description;
 };
 
-// Of the unit that this library is.
+// Returns the kind of the unit that this library is.
 UnitKind unit_kind();
 
-// `resources`: the folder of the shipped plant files' folder `plants`.
+// Makes that unit. `resources`: the folder of the shipped plant files' folder `plants`.
 std::unique_ptr<Unit> make_unit(const std::filesystem::path& resources);
 
 }  // namespace trackservo::fmi

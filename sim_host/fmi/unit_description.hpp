@@ -12,7 +12,7 @@ namespace trackservo::fmi {
 constexpr unsigned kTimeReference = 0;
 constexpr unsigned kFirstReference = 1;  // of the unit's first variable
 
-// Belongs to one version of the unit with these variables, in modelDescription.xml and library alike.
+// Returns what belongs to one version of the unit with these variables, in modelDescription.xml and library alike.
 std::string instantiation_token(const Unit& unit);
 
 // Returns the text of modelDescription.xml.

@@ -20,10 +20,10 @@ class TextFileError : public std::runtime_error {
   int line_;
 };
 
-// A file or pipe in UTF-8, its lines ended by LF. Taken are UTF-8 with or without its mark, and UTF-16 and UTF-32 with
-// theirs, also twice; what is no UTF-8 is Latin-1, which comments may be in. Lines may end with CR LF or CR. NUL and
-// the end-of-file mark of DOS are cut off at the end. Throws TextFileError for what cannot be read, is larger than
-// `most_bytes`, or has another NUL in it.
+// Returns a file or pipe in UTF-8, its lines ended by LF. Taken are UTF-8 with or without its mark, and UTF-16 and
+// UTF-32 with theirs, also twice; what is no UTF-8 is Latin-1, which comments may be in. Lines may end with CR LF or
+// CR. NUL and the end-of-file mark of DOS are cut off at the end. Throws TextFileError for what cannot be read, is
+// larger than `most_bytes`, or has another NUL in it.
 std::string read_text(const std::filesystem::path& path, std::size_t most_bytes = 200'000'000);
 
 }  // namespace trackservo

@@ -11,10 +11,10 @@
 #include <memory>
 #include <vector>
 
-#include "bus/slcan_pty.hpp"
-#include "bus/slcan_tcp.hpp"
-#include "bus/socketcan.hpp"
-#include "bus/virtual_bus.hpp"
+#include "device/bus/slcan_pty.hpp"
+#include "device/bus/slcan_tcp.hpp"
+#include "device/bus/socketcan.hpp"
+#include "device/bus/virtual_bus.hpp"
 
 extern "C" {
 #include "canopen/heard_frames.h"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/statistics.hpp"
-#include "run/scenario_run.hpp"
+#include "judge/analysis/statistics.hpp"
+#include "machine/run/scenario_run.hpp"
 #include "studies/shared/study.hpp"
 #include "unity.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bench.hpp"
-#include "commissioning/acquisition.hpp"
+#include "design/commissioning/acquisition.hpp"
 #include "design/control_design.hpp"
 #include "support/check.h"
 #include "unity.h"

@@ -3,8 +3,8 @@
 // replays one.
 #include <cstdio>
 
-#include "attack/attack_campaign.hpp"
-#include "attack/named_sequences.hpp"
+#include "judge/attack/attack_campaign.hpp"
+#include "judge/attack/named_sequences.hpp"
 #include "support/test_size.h"
 #include "unity.h"
 

@@ -11,9 +11,9 @@
 #include <string>
 
 #include "bench.hpp"
+#include "machine/target/fly_by.hpp"
+#include "machine/target/target_camera.hpp"
 #include "studies/shared/lost_time.hpp"
-#include "target/fly_by.hpp"
-#include "target/target_camera.hpp"
 #include "tracking_bench.hpp"
 #include "unity.h"
 

@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "bench.hpp"
-#include "fault_injection/fault_matrix.hpp"
-#include "fault_injection/fault_scenario.hpp"
-#include "fault_injection/soak.hpp"
+#include "judge/fault_injection/fault_matrix.hpp"
+#include "judge/fault_injection/fault_scenario.hpp"
+#include "judge/fault_injection/soak.hpp"
 #include "support/test_size.h"
 #include "unity.h"
 

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "bench.hpp"
-#include "run/machine.hpp"
+#include "machine/run/machine.hpp"
 #include "unity.h"
 
 namespace sim = trackservo::sim;

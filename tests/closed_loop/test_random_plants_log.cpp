@@ -11,8 +11,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "analysis/statistics.hpp"
 #include "bench.hpp"
+#include "judge/analysis/statistics.hpp"
 #include "studies/random_plants/random_plant.hpp"
 #include "studies/random_plants/random_plants_report.hpp"
 #include "unity.h"

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "base/random.hpp"
 #include "bench.hpp"
 #include "design/loop_margins.hpp"
 #include "device/driven_node.hpp"
 #include "device/node_setup.hpp"
-#include "fault_injection/shaking_gains.hpp"
+#include "judge/fault_injection/shaking_gains.hpp"
+#include "machine/base/random.hpp"
 #include "support/test_size.h"
 #include "unity.h"
 

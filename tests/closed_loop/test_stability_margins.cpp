@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/frequency_measurement.hpp"
 #include "bench.hpp"
+#include "design/frequency_measurement.hpp"
 #include "studies/margins/margin_study.hpp"
 #include "unity.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "device/driven_node.hpp"
-#include "fault_injection/shaking_gains.hpp"
+#include "judge/fault_injection/shaking_gains.hpp"
 #include "support/moving_target.hpp"
 #include "support/test_size.h"
 #include "unity.h"

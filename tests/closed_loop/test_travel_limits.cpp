@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "base/random.hpp"
 #include "bench.hpp"
 #include "device/driven_node.hpp"
+#include "machine/base/random.hpp"
 #include "support/test_size.h"
 
 namespace sim = trackservo::sim;

@@ -11,7 +11,7 @@
 
 #include "bench.hpp"
 #include "device/node_setup.hpp"
-#include "run/machine.hpp"
+#include "machine/run/machine.hpp"
 #include "support/test_size.h"
 #include "unity.h"
 

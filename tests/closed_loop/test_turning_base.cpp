@@ -12,7 +12,7 @@
 
 #include "bench.hpp"
 #include "design/control_design.hpp"
-#include "run/scenario_check.hpp"
+#include "machine/run/scenario_check.hpp"
 #include "studies/base_motion/base_motion.hpp"
 #include "studies/node_tracking/node_tracking.hpp"
 #include "support/check.h"

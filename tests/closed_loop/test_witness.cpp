@@ -10,9 +10,9 @@
 #include <functional>
 #include <string>
 
-#include "base/random.hpp"
 #include "bench.hpp"
 #include "device/driven_node.hpp"
+#include "machine/base/random.hpp"
 #include "studies/random_plants/random_plant.hpp"
 #include "support/test_size.h"
 #include "unity.h"

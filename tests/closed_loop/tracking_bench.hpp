@@ -3,8 +3,8 @@
 #ifndef TRACKSERVO_TESTS_CLOSED_LOOP_TRACKING_BENCH_HPP
 #define TRACKSERVO_TESTS_CLOSED_LOOP_TRACKING_BENCH_HPP
 
-#include "analysis/error_spread.hpp"
 #include "device/tracking_node.hpp"
+#include "judge/analysis/error_spread.hpp"
 
 namespace bench {
 

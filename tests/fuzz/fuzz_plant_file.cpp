@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "config/config_error.hpp"
-#include "config/plant_config.hpp"
+#include "machine/config/config_error.hpp"
+#include "machine/config/plant_config.hpp"
 
 namespace sim = trackservo::sim;
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "analysis/frequency_measurement.hpp"
+#include "design/frequency_measurement.hpp"
 #include "design/control_design.hpp"
 #include "design/true_plant.hpp"
 #include "gain_design/gain_design.hpp"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/random.hpp"
+#include "machine/base/random.hpp"
 #include "support/test_size.h"
 #include "units.hpp"
 #include "unity.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "gain_design/design_bench.hpp"
-#include "run/machine.hpp"
+#include "machine/run/machine.hpp"
 
 extern "C" void setUp(void) {}
 extern "C" void tearDown(void) {}

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "commissioning/commissioning.hpp"
-#include "commissioning/true_parameters.hpp"
+#include "design/commissioning/commissioning.hpp"
+#include "design/commissioning/true_parameters.hpp"
 #include "design/control_design.hpp"
 
 namespace commissioning_bench {

@@ -6,9 +6,9 @@
 #include <map>
 #include <string>
 
-#include "commissioning/acquisition.hpp"
-#include "config/plant_config.hpp"
+#include "design/commissioning/acquisition.hpp"
 #include "identification/identification.hpp"
+#include "machine/config/plant_config.hpp"
 #include "test_plan/test_plan.hpp"
 
 namespace commissioning_bench {

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <functional>
 
-#include "commissioning/commissioning.hpp"
 #include "commissioning_bench.hpp"
+#include "design/commissioning/commissioning.hpp"
 
 namespace identification = trackservo::identification;
 namespace sim = trackservo::sim;

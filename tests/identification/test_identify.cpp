@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "commissioning/commissioning.hpp"
 #include "commissioning_bench.hpp"
+#include "design/commissioning/commissioning.hpp"
 #include "design/control_design.hpp"
 #include "design/true_plant.hpp"
 #include "gain_design/identified_plant_json.hpp"

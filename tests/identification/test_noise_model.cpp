@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "base/random.hpp"
 #include "identification/low_pass.hpp"
 #include "identification/noise_model.hpp"
 #include "identification/window.hpp"
+#include "machine/base/random.hpp"
 #include "support/check.h"
 
 namespace identification = trackservo::identification;

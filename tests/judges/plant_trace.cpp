@@ -11,9 +11,9 @@
 #include <exception>
 #include <iostream>
 
-#include "base/axis.hpp"
-#include "config/plant_config.hpp"
-#include "plant/tracker.hpp"
+#include "machine/base/axis.hpp"
+#include "machine/config/plant_config.hpp"
+#include "machine/plant/tracker.hpp"
 
 using namespace trackservo::sim;
 

@@ -6,8 +6,8 @@
 
 #include <string>
 
-#include "config/plant_config.hpp"
-#include "config/scenario_config.hpp"
+#include "machine/config/plant_config.hpp"
+#include "machine/config/scenario_config.hpp"
 
 #ifndef TRACKSERVO_SOURCE_DIR
 #define TRACKSERVO_SOURCE_DIR "."

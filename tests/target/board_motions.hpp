@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "base/random.hpp"
 #include "board_steps.hpp"
-#include "fault_injection/injection_run.hpp"
+#include "judge/fault_injection/injection_run.hpp"
+#include "machine/base/random.hpp"
 #include "support/test_size.h"
 
 namespace bench {

@@ -11,7 +11,7 @@
 #include "board/board_device.hpp"
 #include "device/can_client.hpp"
 #include "device/simulated_device.hpp"
-#include "run/trace.hpp"
+#include "machine/run/trace.hpp"
 
 namespace bench {
 

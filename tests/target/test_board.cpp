@@ -7,7 +7,7 @@
 #include <string>
 
 #include "board_steps.hpp"
-#include "sensors/camera_sender.hpp"
+#include "machine/sensors/camera_sender.hpp"
 
 using bench::BoardRig;
 using bench::boot;

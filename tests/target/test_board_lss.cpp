@@ -2,7 +2,7 @@
 // Node id and bit rate of the board's image: found by fastscan, set by LSS, persisted over a loss of power, recovered
 // with the button; and the behaviour of a slow bus. All times are those of the emulated chip.
 #include "board_steps.hpp"
-#include "bus/can_bit_time.hpp"
+#include "device/bus/can_bit_time.hpp"
 
 using bench::BoardRig;
 using bench::boot;

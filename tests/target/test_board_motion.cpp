@@ -12,7 +12,7 @@
 #include <functional>
 #include <string>
 
-#include "analysis/metrics.hpp"
+#include "judge/analysis/metrics.hpp"
 #include "rig.hpp"
 #include "support/test_size.h"
 #include "unity.h"

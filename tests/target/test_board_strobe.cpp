@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "board_steps.hpp"
-#include "bus/can_bit_time.hpp"
-#include "target/target_camera.hpp"
+#include "device/bus/can_bit_time.hpp"
+#include "machine/target/target_camera.hpp"
 
 using bench::BoardRig;
 namespace sim = trackservo::sim;

@@ -17,11 +17,11 @@
 
 #include "board_steps.hpp"
 #include "device/tracking_node.hpp"
+#include "machine/target/target_camera.hpp"
 #include "rig.hpp"
 #include "support/moving_target.hpp"
 #include "support/test_size.h"
 #include "support/turned_picture.hpp"
-#include "target/target_camera.hpp"
 #include "unity.h"
 
 using bench::BoardRig;

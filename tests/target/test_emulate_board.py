@@ -77,6 +77,16 @@ def test_what_cannot_be_served_is_refused_in_one_sentence(options, says):
     assert says in done.stderr and len(done.stderr.splitlines()) <= 2, done.stderr
 
 
+def test_an_image_of_another_board_is_refused(tmp_path):
+    image = bytearray(pathlib.Path(IMAGE).read_bytes())
+    image[0x254:0x260] = b"motor_shield"
+    other = tmp_path / "other.bin"
+    other.write_bytes(image)
+    done = subprocess.run([SIM_HOST, "serve", "--image", other], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "is an image of the board motor_shield; the emulated one is nucleo_g474" in done.stderr, done.stderr
+
+
 def test_an_unpowered_machine_stands_in_a_storm(tmp_path):
     """20 Nm of steady wind, which would turn azimuth by a turn in that time: its seal holds 9 Nm, its brake 30 Nm."""
     shipped = (pathlib.Path(__file__).parents[2] / "sim_host/plants/tracker.toml").read_text()

@@ -8,7 +8,7 @@
 #include "board_recording.hpp"
 #include "board_steps.hpp"
 #include "chips/stm32g4/bridge.h"
-#include "run/tick_sequence.hpp"
+#include "machine/run/tick_sequence.hpp"
 
 extern "C" {
 #include "products/brushed_tracker/default_parameters.h"

@@ -2,7 +2,7 @@
 // The emulated timer of a bridge: what it applies does not depend on when a program touches its registers.
 #include "chip/timer.hpp"
 
-#include "base/random.hpp"
+#include "machine/base/random.hpp"
 #include "unity.h"
 
 namespace sim = trackservo::sim;

@@ -8,4 +8,5 @@ const volatile version_block image_version_block = {.magic = VERSION_BLOCK_MAGIC
                                                     .format = VERSION_BLOCK_FORMAT,
                                                     .version = TRACKSERVO_VERSION,
                                                     .git = TRACKSERVO_GIT,
-                                                    .schema_hash = DEFAULT_SCHEMA_HASH};
+                                                    .schema_hash = DEFAULT_SCHEMA_HASH,
+                                                    .board = TRACKSERVO_BOARD};

@@ -26,7 +26,7 @@ bool can_start(uint16_t kbit_s);
 
 void can_enable_interrupt(void);
 
-/* Frames are sent in the order of the calls. Returns false when CAN_SEND_FRAMES already wait behind the three in the
+/* Sends frames in the order of the calls. Returns false when CAN_SEND_FRAMES already wait behind the three in the
  * hardware. From the deferred task only. */
 bool can_send(const can_frame *frame);
 

@@ -10,9 +10,9 @@
 /* Configures all pins of the table. Outputs start low. */
 void pins_start(void);
 
-/* Outputs off: the timers of all bridges without main output enable, the drivers' enables low, the brakes without
- * current. Needs no RAM except a little stack, no clock except the one after reset, and no initialisation: a reset and
- * every fault call it first. */
+/* Switches the outputs off: the timers of all bridges without main output enable, the drivers' enables low, the brakes
+ * without current. Needs no RAM except a little stack, no clock except the one after reset, and no initialisation: a
+ * reset and every fault call it first. */
 void safe_outputs(void);
 
 void pins_light_led(bool on);

@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "config/data_folder.hpp"
 #include "device/simulated_node.hpp"
 #include "dictionary/device_description.hpp"
 #include "fault_description.hpp"
+#include "machine/config/data_folder.hpp"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fault_description.hpp"
-#include "fault_injection/fault_account.hpp"
+#include "judge/fault_injection/fault_account.hpp"
 #include "markdown.hpp"
 
 extern "C" {

@@ -21,7 +21,7 @@ namespace trackservo::target {
 
 class BissEncoder : public SpiDevice {
  public:
-  // `reading` gives the present position, in 2^-32 turns.
+  // Takes the present position from `reading`, in 2^-32 turns.
   BissEncoder(Violations& violations, std::function<std::uint32_t()> reading)
       : violations_(violations), reading_(std::move(reading)) {}
 
@@ -61,7 +61,8 @@ class BissEncoder : public SpiDevice {
   static constexpr Instant kSettling = kUnitsPerMicrosecond / 50;  // during a change: neither the old bit nor the new
   static constexpr unsigned kPositionBits = 26;
 
-  // The leading edge of a clock that idles high is the falling one, half a period after the rising one.
+  // Returns whether the data line changes when it is sampled. The leading edge of a clock that idles high is the
+  // falling one, half a period after the rising one.
   static bool changes_when_taken(Instant period, bool on_leading_edge) {
     const Instant taken = on_leading_edge ? period / 2 : period;
     const Instant since_change = (taken + period - kRoundTrip % period) % period;
@@ -77,7 +78,7 @@ class BissEncoder : public SpiDevice {
     return ~remainder & 0x3FU;
   }
 
-  // Xorshift (Marsaglia).
+  // Returns random bits by Xorshift (Marsaglia).
   std::uint32_t random_bits() {
     random_ ^= random_ << 13;
     random_ ^= random_ >> 17;

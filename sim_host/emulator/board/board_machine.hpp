@@ -18,7 +18,7 @@
 #include "board/can_line.hpp"
 #include "board/fibre_gyro.hpp"
 #include "chip/stm32g474.hpp"
-#include "plant/tracker.hpp"
+#include "machine/plant/tracker.hpp"
 
 namespace trackservo::target {
 
@@ -37,9 +37,9 @@ class BoardMachine {
                const Options& options);
 
   void run(double seconds) { chip_.run(duration_of(seconds)); }
-  // Until `after_s` after the next tick of the control task. How long an image takes to start depends on its size; what
-  // is then sent every millisecond arrives in the same phase, whatever the image. Without a tick within 10 ms the task
-  // does not run, and the answer is false.
+  // Runs until `after_s` after the next tick of the control task. How long an image takes to start depends on its size;
+  // what is then sent every millisecond arrives in the same phase, whatever the image. Returns false without a tick
+  // within 10 ms: the task does not run.
   [[nodiscard]] bool run_after_tick(double after_s);
   double time_s() const { return seconds_of(chip_.timeline.now()); }
 
@@ -49,13 +49,13 @@ class BoardMachine {
   FibreGyro& gyro(int axis) { return gyro_[static_cast<std::size_t>(axis)]; }
   sim::TruthState truth() const { return tracker_.truth(); }
 
-  // Ticks of the control task since power-on, counted 22 us before each begins.
+  // Returns the ticks of the control task since power-on, counted 22 us before each begins.
   std::uint64_t ticks() const { return ticks_; }
 
-  // Once per ms: 22 us before the tick of the control task, from the first one on.
+  // Sets what is called once per ms: 22 us before the tick of the control task, from the first one on.
   void on_tick(std::function<void()> listener) { tick_listener_ = std::move(listener); }
 
-  // Current that flows through the sensor and not through the motor: a short behind it.
+  // Sets the current that flows through the sensor and not through the motor: a short behind it.
   void set_short_current(int axis, double current_a) { short_current_a_[static_cast<std::size_t>(axis)] = current_a; }
 
   // Lets the converter of a current repeat its last reading, whatever flows.
@@ -64,10 +64,10 @@ class BoardMachine {
     stuck_current_a_[i] = stuck ? std::optional<double>(current_a_[i]) : std::nullopt;
   }
 
-  // At the divider of the bus, whatever the plant's supply does; none: the plant's.
+  // Sets the voltage at the divider of the bus, whatever the plant's supply does; none: the plant's.
   void set_bus_voltage(std::optional<double> voltage_v) { forced_bus_v_ = voltage_v; }
 
-  // A driver's fault output, low while active.
+  // Sets a driver's fault output, low while active.
   void set_driver_fault(int axis, bool fault);
 
   // Raises the camera's strobe, at PC12; it falls again at once.
@@ -79,7 +79,8 @@ class BoardMachine {
   static constexpr Instant kStoDelay = Instant{3'000} * kUnitsPerMicrosecond;
   void set_sto(StoChannel channel, bool permits);
 
-  // A wire between the gate of channel A and the driver of an axis, or its read-back, keeps this level; none: intact.
+  // Keeps a wire between the gate of channel A and the driver of an axis, or its read-back, at this level; none:
+  // intact.
   void stick_driver_enable(int axis, std::optional<bool> level) {
     stuck_enable_[static_cast<std::size_t>(axis)] = level;
     update_inputs();
@@ -91,9 +92,9 @@ class BoardMachine {
   }
   bool is_brake_powered(int axis);
 
-  // The gate driver is enabled and the timer gives it signals.
+  // Returns whether the gate driver is enabled and the timer gives it signals.
   bool is_bridge_on(int axis);
-  // Neither: the required state after every reset and fault.
+  // Returns whether neither bridge is on: the required state after every reset and fault.
   bool is_safe() { return !is_bridge_on(0) && !is_bridge_on(1); }
 
   double duty(int axis) const { return duty_[static_cast<std::size_t>(axis)]; }

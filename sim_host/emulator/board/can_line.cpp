@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "bus/can_bit_time.hpp"
+#include "device/bus/can_bit_time.hpp"
 
 namespace trackservo::target {
 namespace {

@@ -3,8 +3,8 @@
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_CAN_LINE_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_CAN_LINE_HPP
 
-#include "bus/virtual_bus.hpp"
 #include "chip/fdcan.hpp"
+#include "device/bus/virtual_bus.hpp"
 
 namespace trackservo::target {
 

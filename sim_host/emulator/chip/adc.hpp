@@ -19,7 +19,7 @@ class AdcCommon : public Peripheral {
  public:
   AdcCommon(Services services, std::function<std::uint32_t()> core_hz);
 
-  // Of the converters' clock; 0 for one that is not modelled.
+  // Returns the frequency of the converters' clock; 0 for one that is not modelled.
   std::uint32_t clock_hz() const;
   void check() const;
 
@@ -40,7 +40,7 @@ class Adc : public Peripheral {
   void trigger(AdcTrigger trigger);
 
   bool wants_interrupt() const { return (reg(0x00) & reg(0x04)) != 0; }
-  // Called when wants_interrupt() may have changed: both converters share a line.
+  // Sets what is called when wants_interrupt() may have changed: both converters share a line.
   void monitor(std::function<void()> monitor) { monitor_ = std::move(monitor); }
 
  protected:

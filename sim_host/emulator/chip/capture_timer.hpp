@@ -12,7 +12,8 @@ namespace trackservo::target {
 
 class CaptureTimer : public Peripheral {
  public:
-  // `core_hz`: of its counter. `edge_s`: time between two edges of the input, 0 without any.
+  // Takes its counter's frequency from `core_hz`, and the time between two edges of the input, 0 without any, from
+  // `edge_s`.
   CaptureTimer(Services services, std::function<std::uint32_t()> core_hz, std::function<double()> edge_s)
       : Peripheral("TIM16", services,
                    {{"CR1", 0x00, 0, 0x8FF},
@@ -60,7 +61,7 @@ class CaptureTimer : public Peripheral {
   static constexpr std::uint32_t kCaptured = 1U << 1;
   static constexpr std::uint32_t kOverCaptured = 1U << 9;
 
-  // Everything up to now: the input has run since power-on.
+  // Captures everything up to now: the input has run since power-on.
   void capture() {
     const bool runs = (reg(0x00) & 1U) != 0 && (reg(kCcer) & 1U) != 0 && (reg(kCcmr1) & 3U) == 1 && reg(kTisel) == 2;
     const double edge_s = edge_s_();

@@ -32,7 +32,7 @@ class ClockTimer : public Peripheral {
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
   void wired_by(std::function<bool()> pin) { pin_ = std::move(pin); }
 
-  // A rising edge at the second input, now. The input's filter is not modelled.
+  // Takes a rising edge at the second input, now. The input's filter is not modelled.
   void rise() {
     const bool captures = (reg(kCcer) & 1U << 4) != 0 && (reg(kCcmr1) >> 8 & 3U) == 1 && pin_();
     if (!captures) {

@@ -36,10 +36,10 @@ class Dma : public Peripheral {
 
   bool is_enabled(unsigned channel) const { return (control(channel) & 1U) != 0 && left(channel) > 0; }
 
-  // One item of the channel.
+  // Moves one item of the channel.
   void transfer(unsigned channel);
 
-  // Called when a channel is switched on.
+  // Sets what is called when a channel is switched on.
   void on_enable(std::function<void()> listener) { enabled_ = std::move(listener); }
 
  protected:
@@ -69,7 +69,7 @@ class DmaMux : public Peripheral {
  public:
   DmaMux(Services services, Dma& dma1, Dma& dma2);
 
-  // A peripheral's request for one item; false when no enabled channel serves it.
+  // Takes a peripheral's request for one item; returns false when no enabled channel serves it.
   bool request(DmaRequest request);
 
  protected:

@@ -36,30 +36,30 @@ class Fdcan : public Peripheral {
 
   Fdcan(Services services, const char *name, std::array<int, 2> interrupts, MessageRam& ram);
 
-  // Frequency of its kernel clock, and whether RX and TX are connected to it.
+  // Sets the source of its kernel clock's frequency, and whether RX and TX are connected to it.
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
   void wired_by(std::function<bool()> pins) { pins_ = std::move(pins); }
 
-  // Its bit rate on the bus; nothing unless it is started, wired and not off.
+  // Returns its bit rate on the bus; nothing unless it is started, wired and not off.
   std::optional<double> bits_per_s() const;
 
   // Returns how often the program has started its configuration: waiting frames are lost each time.
   int restarts() const { return restarts_; }
 
-  // A frame from the bus.
+  // Takes a frame from the bus.
   void receive(const CanMessage& message);
 
   // Returns the number of frames that the filters have passed.
   int accepted() const { return accepted_; }
 
-  // Its next frame to send; call `sent` when the bus has accepted it.
+  // Returns its next frame to send; call `sent` when the bus has accepted it.
   std::optional<CanMessage> next_to_send() const;
   void sent();
 
-  // 256 failed transmissions: the node leaves the bus until the program ends its initialisation mode.
+  // Takes the node off the bus, as after 256 failed transmissions, until the program ends its initialisation mode.
   void go_bus_off();
 
-  // Time for 129 times eleven recessive bits has passed since the program requested to return.
+  // Ends the bus-off when time for 129 times eleven recessive bits has passed since the program requested to return.
   void bus_idle(Instant now);
 
  protected:

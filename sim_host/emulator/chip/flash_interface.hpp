@@ -19,7 +19,7 @@ class FlashInterface : public Peripheral {
   static constexpr std::uint32_t kBankBytes = 256 * 1024;
   static constexpr std::uint32_t kPageBytes = 2048;
 
-  // `contents` is the whole flash; only the part from `data_offset` on may be changed.
+  // Keeps a reference to `contents`, the whole flash; only the part from `data_offset` on may be changed.
   FlashInterface(Services services, std::vector<std::uint8_t>& contents, std::uint32_t data_offset);
 
   std::uint32_t wait_states() const { return reg(0x00) & 0xFU; }
@@ -32,7 +32,7 @@ class FlashInterface : public Peripheral {
   static constexpr std::uint32_t kNoRamParity = 1U << 24;
   static constexpr std::uint32_t kTwoBanks = 1U << 22;
   static constexpr std::uint32_t kNothingProtected = 0x7F;
-  // WRP1AR: the pages of an image of this size.
+  // Returns WRP1AR for the pages of an image of this size.
   static constexpr std::uint32_t protect_image(std::size_t bytes) {
     return static_cast<std::uint32_t>((bytes - 1) / kPageBytes) << 16;
   }
@@ -50,10 +50,11 @@ class FlashInterface : public Peripheral {
   enum class WrongBits { kOne, kTwo };
   void weaken(std::uint32_t offset, WrongBits bits) { weak_[offset / 8] = bits; }
 
-  // After each reset ECCR shows a corrected bit in bank 1, as a weak cell of the program leaves it.
+  // Sets whether ECCR shows a corrected bit in bank 1 after each reset, as a weak cell of the program leaves it.
   void correct_program_at_reset(bool corrected) { program_is_corrected_ = corrected; }
 
-  // The program reads from the parameter pages; sets the flags and the NMI. Returns whether the data are right.
+  // Checks what the program reads from the parameter pages; sets the flags and the NMI. Returns whether the data are
+  // right.
   bool check(std::uint32_t offset);
 
   // Ends the next erase or program operations halfway: the supply fails. Counts down to 0; negative: never.

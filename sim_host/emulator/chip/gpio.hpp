@@ -20,7 +20,7 @@ class Gpio : public Peripheral {
     return mode(pin) == Mode::kAlternate && (reg(pin < 8 ? 0x20U : 0x24U) >> (4 * (pin % 8)) & 0xFU) == function;
   }
 
-  // An output that drives high.
+  // Returns whether the pin is an output that drives high.
   bool drives_high(unsigned pin) const { return mode(pin) == Mode::kOutput && (reg(0x14) >> pin & 1U) != 0; }
   bool drives_low(unsigned pin) const { return mode(pin) == Mode::kOutput && (reg(0x14) >> pin & 1U) == 0; }
 
@@ -31,7 +31,7 @@ class Gpio : public Peripheral {
   }
   bool input(unsigned pin) const { return (inputs_ >> pin & 1U) != 0; }
 
-  // Called after any change of a mode, function, output or input.
+  // Sets what is called after any change of a mode, function, output or input.
   void monitor(std::function<void()> monitor) { monitor_ = std::move(monitor); }
 
  protected:

@@ -38,8 +38,8 @@ class Rcc : public Peripheral {
   std::uint32_t core_hz() const { return core_hz_; }
   std::uint32_t pclk1_hz() const { return core_hz_ >> shift_of(reg(0x08) >> 8 & 7U); }
   std::uint32_t pclk2_hz() const { return core_hz_ >> shift_of(reg(0x08) >> 11 & 7U); }
-  // Time between two edges of MCO, when it gives HSI16; otherwise 0. `hsi_error` is that of the ratio of the two
-  // oscillators: which of them is wrong cannot be seen.
+  // Returns the time between two edges of MCO, when it gives HSI16; otherwise 0. `hsi_error` is that of the ratio of
+  // the two oscillators: which of them is wrong cannot be seen.
   double mco_edge_s() const {
     const std::uint32_t cfgr = reg(0x08);
     const bool hsi = (cfgr >> 24 & 0xFU) == 3;
@@ -49,11 +49,11 @@ class Rcc : public Peripheral {
 
   bool is_lsi_on() const { return (reg(0x94) & 1U) != 0; }
 
-  // A bit of an enable register, for Peripheral::clocked_by.
+  // Returns a bit of an enable register, for Peripheral::clocked_by.
   std::function<bool()> clock(std::uint32_t enable_register, unsigned bit) const {
     return [this, enable_register, bit] { return (reg(enable_register) >> bit & 1U) != 0; };
   }
-  // A two-bit clock selection of CCIPR.
+  // Returns a two-bit clock selection of CCIPR.
   unsigned selection(unsigned bit) const { return reg(0x88) >> bit & 3U; }
 
  protected:

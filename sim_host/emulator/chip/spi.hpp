@@ -19,8 +19,8 @@ class SpiDevice {
   SpiDevice& operator=(const SpiDevice&) = delete;
   virtual ~SpiDevice() = default;
 
-  // `bits` clock periods from `at` on, `period` each; the data line as the master samples it, first bit highest.
-  // `on_leading_edge`: it samples half a period earlier than at the trailing edge.
+  // Returns the data line as the master samples it in `bits` clock periods from `at` on, `period` each, first bit
+  // highest. `on_leading_edge`: it samples half a period earlier than at the trailing edge.
   virtual std::uint32_t clock(unsigned bits, Instant at, Instant period, bool on_leading_edge) = 0;
 };
 
@@ -42,7 +42,7 @@ class Spi : public Peripheral {
     data_pin_ = std::move(data);
   }
 
-  // A DMA channel may now serve a request that waits.
+  // Repeats the requests that wait, which a DMA channel may now serve.
   void serve_dma();
 
  protected:

@@ -55,8 +55,7 @@ class Stm32g474 {
   static constexpr std::uint32_t kFlashBytes = 512 * 1024;
   static constexpr std::uint32_t kParameterOffset = 0x7B000;  // parameter pages, to the end of the flash
 
-  // `image` is what a programmer would write to the start of the flash, with the option bytes that tools/image/board
-  // sets.
+  // Writes `image` to the start of the flash as a programmer would, with the option bytes that tools/image/board sets.
   explicit Stm32g474(const std::vector<std::uint8_t>& image);
 
   void power_on();
@@ -71,7 +70,7 @@ class Stm32g474 {
   ResetCause last_reset() const { return last_reset_; }
   void on_reset(std::function<void()> listener) { reset_listener_ = std::move(listener); }
 
-  // One bit of the RAM flips; `address` is that of its word. Where the RAM has parity, the next read finds it. `bit`
+  // Inverts one bit of the RAM; `address` is that of its word. Where the RAM has parity, the next read finds it. `bit`
   // may be CortexM4::kParityBit.
   void flip_ram_bit(std::uint32_t address, unsigned bit);
 

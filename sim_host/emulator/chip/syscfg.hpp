@@ -43,7 +43,7 @@ class Syscfg : public Peripheral {
   }
   void on_break(std::function<void()> listener) { break_changed_ = std::move(listener); }
 
-  // A bit per page of the CCM SRAM.
+  // Returns which pages of the CCM SRAM are protected, a bit per page.
   std::uint32_t protected_pages() const { return reg(kSwpr); }
   void on_protection(std::function<void()> listener) { protection_changed_ = std::move(listener); }
 

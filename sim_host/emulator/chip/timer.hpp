@@ -26,10 +26,10 @@ class Timer : public Peripheral {
   // Sets the source of the kernel clock's period, read when the counter starts.
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
 
-  // Called when the first or second trigger output pulses.
+  // Sets what is called when the first or second trigger output pulses.
   void on_trigger(std::function<void(bool second)> listener) { triggered_ = std::move(listener); }
 
-  // This timer starts another: the action of the slave when the master's counter is switched on.
+  // Sets how this timer starts another: the action of the slave when the master's counter is switched on.
   void on_enable(std::function<void()> listener) { enabled_ = std::move(listener); }
   void started_by_master();
 
@@ -39,26 +39,26 @@ class Timer : public Peripheral {
   // Sets the level at the second break input; low is a fault when BK2P is 0.
   void set_second_break_input(bool level);
 
-  // A fault of the system (parity of the RAM, lock-up) at the break input; no polarity, no filter.
+  // Sets a fault of the system (parity of the RAM, lock-up) at the break input; no polarity, no filter.
   void set_system_break(bool active);
 
   // Returns the mean of leg 0 or 1 (channels 1 and 2) over the time since the last call: share of the period for which
   // its high side conducts; nothing for a leg that is or was not driven all the time.
   std::array<std::optional<double>, kLegs> take_mean_legs();
 
-  // Centre-aligned and in the half of the period around counter 0, where high sides conduct.
+  // Returns whether it is centre-aligned and in the half of the period around counter 0, where high sides conduct.
   bool is_around_zero() const { return is_centred() && counter() < limit_ / 2; }
 
   bool is_running() const { return (reg(0x00) & 1U) != 0; }
   bool is_main_output_enabled() const { return advanced_ && (reg(0x44) & 1U << 15) != 0; }
 
-  // Called after every change of the main output enable.
+  // Sets what is called after every change of the main output enable.
   void monitor_outputs(std::function<void()> monitor) { output_monitor_ = std::move(monitor); }
 
-  // PWM period, or time between updates of a basic timer [1/4.08 GHz].
+  // Returns the PWM period, or the time between updates of a basic timer [1/4.08 GHz].
   Instant period() const { return (is_centred() ? 2 * limit_ : limit_ + 1) * count_; }
 
-  // No more edges; for a missing tick.
+  // Cancels the next edge, so that there are no more; for a missing tick.
   void stall() { timeline().cancel(edge_); }
 
   // Delays the next edge and all later ones by `delay`; for a misplaced tick.

@@ -24,10 +24,10 @@ class Usart : public Peripheral {
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
   void wired_by(std::function<bool()> receive_pin) { receive_pin_ = std::move(receive_pin); }
 
-  // A character has arrived on the line, sent at this rate without parity. Too different a rate breaks it.
+  // Takes a character from the line, sent at this rate without parity. Too different a rate breaks it.
   void receive(std::uint8_t character, double bits_per_s);
 
-  // Characters that the program has sent since the last call.
+  // Returns the characters that the program has sent since the last call.
   std::vector<std::uint8_t> take_sent() { return std::move(sent_); }
 
  protected:

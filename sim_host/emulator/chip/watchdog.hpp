@@ -28,7 +28,7 @@ class Watchdog : public Peripheral {
   double timeout_s() const { return (reg(0x08) + 1.0) * (4 << reg(0x04)) / kLsiHz; }
 
  protected:
-  // A changed value takes some periods of the slow clock to arrive.
+  // Returns the register's value; a changed value takes some periods of the slow clock to arrive.
   std::uint32_t on_read(std::uint32_t offset, std::uint32_t stored, unsigned /*width*/) override {
     if (offset != 0x0C) {
       return stored;

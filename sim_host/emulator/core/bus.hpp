@@ -30,13 +30,13 @@ class Bus {
 
   explicit Bus(Violations& violations) : violations_(violations) {}
 
-  // `size` in bytes; regions do not overlap.
+  // Adds a region of `size` bytes for a peripheral; regions do not overlap.
   void attach(Peripheral& peripheral, std::uint32_t base, std::uint32_t size);
 
   std::uint32_t read(std::uint32_t address, unsigned width);
   void write(std::uint32_t address, std::uint32_t value, unsigned width);
 
-  // Without side effects, for tests.
+  // Returns the value without side effects, for tests.
   std::uint32_t peek(std::uint32_t address) const;
   std::uint32_t writable(std::uint32_t address) const;
 

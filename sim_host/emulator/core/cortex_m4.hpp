@@ -89,7 +89,7 @@ class CortexM4 {
   // Lets the bus answer for `size` bytes from `base` on.
   void map_bus(std::uint32_t base, std::uint32_t size);
 
-  // As after a reset: stack pointer and start address from the vector table at 0.
+  // Resets the core: stack pointer and start address come from the vector table at 0.
   void reset();
 
   // Runs until `until`, a stop request, or a lock-up with nothing due; the peripherals' alarms run in between.
@@ -98,8 +98,8 @@ class CortexM4 {
   // Ends run() at the next block; for resets and for tests.
   void request_stop() { stop_requested_ = true; }
 
-  // From now until the next reset, this handler (or kThread) makes no progress, as in an endless loop; more urgent ones
-  // run.
+  // Lets this handler (or kThread) make no progress from now until the next reset, as in an endless loop; more urgent
+  // ones run.
   void hang(int exception) { hanging_ = exception; }
 
   void set_clock(std::uint32_t frequency_hz) { units_per_cycle_ = period_of(frequency_hz); }
@@ -112,12 +112,13 @@ class CortexM4 {
   bool is_asleep() const { return asleep_; }
   int current_exception();
 
-  // Called at the start of every exception and after every return (then with kThread or the resumed exception).
+  // Sets what is called at the start of every exception and after every return (then with kThread or the resumed
+  // exception).
   void monitor_exceptions(std::function<void(int exception)> monitor) { exception_monitor_ = std::move(monitor); }
 
   std::uint32_t register_value(int unicorn_register) const;
 
-  // One bit of RAM that the program reads as `value`, whatever it wrote. Call it before anything has run; DMA bypasses
+  // Lets the program read one bit of RAM as `value`, whatever it wrote. Call it before anything has run; DMA bypasses
   // it.
   void stick(std::uint32_t address, unsigned bit, bool value);
 
@@ -129,17 +130,17 @@ class CortexM4 {
   static constexpr unsigned kParityBit = 32;
   void flip(std::uint32_t address, unsigned bit, std::function<void()> found);
 
-  // From now on each word between these addresses that the program reads before it is written is reported once.
+  // Reports once, from now on, each word between these addresses that the program reads before it is written.
   void report_unwritten_reads(std::uint32_t begin, std::uint32_t end);
 
-  // Called when the core locks up.
+  // Sets what is called when the core locks up.
   void on_lock_up(std::function<void()> listener) { lock_up_listener_ = std::move(listener); }
 
   // Sets the stack pointer from the next time on in which no handler runs, as if calls had nested so deep; running
   // code has its variables there.
   void sink_stack_to(std::uint32_t address) { sunken_stack_ = address; }
 
-  // Memory as the program reads it; nothing outside RAM and flash.
+  // Returns memory as the program reads it; nullptr outside RAM and flash.
   std::uint8_t *memory_at(std::uint32_t address, std::uint32_t size);
 
  private:

@@ -42,27 +42,28 @@ class Exceptions {
   void unpend(int exception) { set(pending_, exception, false); }
   bool is_pending(int exception) const { return pending_[index(exception)]; }
 
-  // Of interrupts only; system exceptions are always enabled, configurable faults by SHCSR where they are raised.
+  // Enables or disables an interrupt; system exceptions are always enabled, configurable faults by SHCSR where they are
+  // raised.
   void enable(int exception, bool enabled) { set(enabled_, exception, enabled); }
   bool is_enabled(int exception) const { return enabled_[index(exception)]; }
 
   bool is_active(int exception) const { return active_[index(exception)]; }
 
-  // 0 (first) .. 255, low four bits not implemented.
+  // Sets the priority: 0 (first) .. 255, low four bits not implemented.
   void set_priority(int exception, std::uint8_t priority);
   std::uint8_t priority(int exception) const { return priority_[index(exception)]; }
   void set_priority_grouping(unsigned prigroup);
   unsigned priority_grouping() const { return prigroup_; }
 
-  // A peripheral's request. Lines with several sources are counted. A line that is still high when its handler returns
-  // becomes pending again.
+  // Takes a peripheral's request. Lines with several sources are counted. A line that is still high when its handler
+  // returns becomes pending again.
   void raise_line(int interrupt);
   void lower_line(int interrupt);
 
   // Returns the exception that would run next, or kThread.
   int next() const { return next_; }
 
-  // An exception waits that active exceptions alone would allow.
+  // Returns whether an exception waits that active exceptions alone would allow.
   bool wants_attention() const { return attention_; }
 
   // Returns the same under the masks; BASEPRI 0 masks nothing.

@@ -29,8 +29,8 @@ class FlashAccelerator {
     tags_.fill(kEmpty);
   }
 
-  // Cycles lost when code of `size` bytes (at least 1) is fetched from `offset` into the flash and executed in
-  // `execution` cycles. `follows_on`: the code before it was in sequence.
+  // Returns the cycles lost when code of `size` bytes (at least 1) is fetched from `offset` into the flash and executed
+  // in `execution` cycles. `follows_on`: the code before it was in sequence.
   std::uint32_t fetch(std::uint32_t offset, std::uint32_t size, std::uint32_t execution, bool follows_on) {
     if (wait_states_ == 0) {
       return 0;

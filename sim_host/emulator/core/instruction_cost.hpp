@@ -21,7 +21,7 @@ struct BlockCost {
   bool ends_within_it = false;  // an If-Then sequence continues in the next block
 };
 
-// `code` is Thumb-2, `size` in bytes.
+// Returns the cost of `code`, `size` bytes of Thumb-2.
 BlockCost block_cost(const std::uint8_t *code, std::size_t size);
 
 }  // namespace trackservo::target

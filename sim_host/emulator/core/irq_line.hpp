@@ -22,7 +22,7 @@ class IrqLine {
     }
   }
 
-  // After Exceptions::reset(), which has dropped all lines.
+  // Forgets the level. Call after Exceptions::reset(), which has dropped all lines.
   void forget() { level_ = false; }
 
  private:

@@ -44,7 +44,7 @@ class Peripheral {
 
   const std::string& name() const { return name_; }
 
-  // From the bus; `width` in bytes.
+  // Reads or writes for the bus; `width` in bytes.
   std::uint32_t bus_read(std::uint32_t offset, unsigned width);
   void bus_write(std::uint32_t offset, std::uint32_t value, unsigned width);
 
@@ -60,18 +60,18 @@ class Peripheral {
     return found == kNone ? 0 : table_[found].writable;
   }
 
-  // All registers to their reset values, then on_reset().
+  // Sets all registers to their reset values, then calls on_reset().
   void reset();
 
   // Sets what tells whether its clock runs; without it, it always does.
   void clocked_by(std::function<bool()> clock) { clock_ = std::move(clock); }
 
  protected:
-  // A value for the bus, with the side effects of reading. `stored` is the register's value.
+  // Returns a value for the bus, with the side effects of reading. `stored` is the register's value.
   virtual std::uint32_t on_read(std::uint32_t /*offset*/, std::uint32_t stored, unsigned /*width*/) { return stored; }
 
-  // `written` is the value from the bus, a byte or half-word combined with the stored rest; reg(offset) still has the
-  // old value. The default stores it.
+  // Takes `written`, the value from the bus, a byte or half-word combined with the stored rest; reg(offset) still has
+  // the old value. The default stores it.
   virtual void on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width*/) { store(offset, written); }
 
   virtual void on_reset() {}

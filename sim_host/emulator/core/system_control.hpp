@@ -14,7 +14,7 @@ namespace trackservo::target {
 // 0xE000E000, 4 KiB.
 class SystemControl : public Peripheral {
  public:
-  // `reset_request` is SYSRESETREQ.
+  // Calls `reset_request` at SYSRESETREQ.
   SystemControl(Services services, CortexM4& core, std::function<void()> reset_request);
 
   bool is_trace_enabled() const { return (reg(0xDFC) & (1U << 24)) != 0; }

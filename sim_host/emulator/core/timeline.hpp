@@ -40,7 +40,8 @@ class Timeline {
   Timeline(const Timeline&) = delete;
   Timeline& operator=(const Timeline&) = delete;
 
-  // `action` runs in run_due(), with the alarm already off; now() may be a little later than the set time.
+  // Adds an alarm. `action` runs in run_due(), with the alarm already off; now() may be a little later than the set
+  // time.
   Alarm add(std::function<void()> action) {
     actions_.push_back({kNever, std::move(action)});
     return actions_.size() - 1;

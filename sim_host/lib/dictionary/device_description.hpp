@@ -37,7 +37,7 @@ struct DeviceInfo {
 using SortedObjects = std::map<std::pair<std::uint16_t, std::uint8_t>, od_object>;
 SortedObjects sorted_objects(const object_dictionary& dictionary);
 
-// With the part's prefix.
+// Returns the name with the part's prefix.
 std::string full_name(const od_object& object);
 
 // Returns "const", "ro", "wo" or "rw".
@@ -54,15 +54,15 @@ std::string print_dbc(const object_dictionary& dictionary, const DeviceInfo& inf
 // Returns the page docs/can-objects.md: a table per group of objects.
 std::string print_can_reference(const object_dictionary& dictionary, const DeviceInfo& info);
 
-// A value as JSON; a REAL32 as the shortest decimal that is this float.
+// Returns a value as JSON; a REAL32 as the shortest decimal that is this float.
 nlohmann::ordered_json json_number(const od_entry& entry, od_number value);
 
-// Every entry with type, access, unit, limits, default, mapping and help text; empty texts and false flags are left
-// out.
+// Returns every entry with type, access, unit, limits, default, mapping and help text; empty texts and false flags are
+// left out.
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);
 
-// JSON with one line per element of each array, so that a change of one object changes one line. `document` is an
-// object.
+// Returns JSON with one line per element of each array, so that a change of one object changes one line. `document` is
+// an object.
 std::string print_by_rows(const nlohmann::ordered_json& document);
 
 // Returns the defaults that the list of parameters gives: what a design starts from.
@@ -72,7 +72,7 @@ axis_parameters listed_defaults();
 std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
                                      const std::array<protection_limits, SERVO_AXES>& limits);
 
-// Header with DEFAULT_SCHEMA_HASH, for the image's version block.
+// Returns the header with DEFAULT_SCHEMA_HASH, for the image's version block.
 std::string print_default_schema(std::uint32_t schema_hash);
 
 }  // namespace trackservo::dictionary

@@ -13,7 +13,7 @@
 
 namespace trackservo::dictionary {
 
-// Contents of a gains file: objects of an axis that are stored and writable, by name.
+// Returns the contents of a gains file: objects of an axis that are stored and writable, by name.
 std::map<std::string, od_object> tunable_parameters(const object_dictionary& dictionary);
 
 }  // namespace trackservo::dictionary

@@ -33,7 +33,7 @@ std::string refusal_reason(const axis_parameters& parameters);
 std::string refusal_of(const std::array<axis_parameters, SERVO_AXES>& parameters,
                        const std::array<protection_limits, SERVO_AXES>& limits);
 
-// Of what is in the blocks already: only values that the list of parameters copies can be named.
+// Returns the sentence for what is in the blocks already: only values that the list of parameters copies can be named.
 std::optional<std::string> refusal_of(const servo_params& params);
 
 }  // namespace trackservo::dictionary

@@ -9,7 +9,7 @@
 
 namespace trackservo::gain_design {
 
-// `before`: the parameters of the device.
+// Returns the contents of design.json. `before`: the parameters of the device.
 nlohmann::ordered_json to_json(const GainDesign& design, const axis_parameters& before);
 
 }  // namespace trackservo::gain_design

@@ -30,7 +30,7 @@ constexpr auto kMaxFloat = static_cast<double>(std::numeric_limits<float>::max()
 class ParameterPart {
  public:
   explicit ParameterPart(const axis_parameters& parameters)
-      : part_{axis_parameters_table, 0, false, "", &tuning_, nullptr, nullptr, nullptr} {
+      : part_{axis_parameters_table, 0, false, false, "", &tuning_, nullptr, nullptr, nullptr} {
     tuning_.staged = parameters;
   }
   ParameterPart(const ParameterPart&) = delete;

@@ -12,13 +12,14 @@
 
 namespace trackservo::gain_design {
 
-// All of 0x2000 to 0x2055 must be present; 0x2056 and sub-index 0 may be. Throws InputFileError.
+// Reads all of 0x2000 to 0x2055, which must be present; 0x2056 and sub-index 0 may be. Throws InputFileError.
 axis_parameters read_device_parameters(const InputFile& file);
 
-// Rows {index, sub, name, unit, before, value} of the results of a gain design: 0x2000 to 0x204F and the plant, 0x2056.
+// Returns rows {index, sub, name, unit, before, value} of the results of a gain design: 0x2000 to 0x204F and the plant,
+// 0x2056.
 nlohmann::ordered_json parameter_rows(const axis_parameters& before, const axis_parameters& after);
 
-// Rows {index, sub, name, unit, value} of an identified plant: 0x2056, against which the device checks gains.
+// Returns rows {index, sub, name, unit, value} of an identified plant: 0x2056, against which the device checks gains.
 nlohmann::ordered_json plant_rows(const IdentifiedPlant& plant);
 
 }  // namespace trackservo::gain_design

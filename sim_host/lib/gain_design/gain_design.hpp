@@ -53,8 +53,8 @@ class GainDesignError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// `present`: the parameters of the device; sensors, motor, limits of the outer loops and the tracker's kind are taken
-// from them. Throws GainDesignError. Takes up to a few seconds for a long search.
+// Designs the gains. `present`: the parameters of the device; sensors, motor, limits of the outer loops and the
+// tracker's kind are taken from them. Throws GainDesignError. Takes up to a few seconds for a long search.
 GainDesign design_gains(const IdentifiedPlant& plant, const GainRequirements& requirements,
                         const axis_parameters& present);
 

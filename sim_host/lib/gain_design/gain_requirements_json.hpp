@@ -8,7 +8,8 @@
 
 namespace trackservo::gain_design {
 
-// Any of the keys in docs/gain-design.md. Throws InputFileError for an unknown key, another type, a value out of range.
+// Reads any of the keys in docs/gain-design.md. Throws InputFileError for an unknown key, another type, a value out of
+// range.
 GainRequirements read_gain_requirements(const InputFile& file);
 
 }  // namespace trackservo::gain_design

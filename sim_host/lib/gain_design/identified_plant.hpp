@@ -51,14 +51,14 @@ struct IdentifiedPlant {
 // friction, or in pre-sliding, where the bristles are a spring. The current loop comes from the device's parameters.
 LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_rad_s, bool pre_sliding);
 
-// Operating points for which a speed loop must be good: sliding, pre-sliding, and with resonances both again with all
-// of them kResonanceSpread lower and higher: a resonance moves with load and temperature.
+// Returns the operating points for which a speed loop must be good: sliding, pre-sliding, and with resonances both
+// again with all of them kResonanceSpread lower and higher: a resonance moves with load and temperature.
 std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double current_loop_rad_s);
 
-// Into the device's parameters, object 0x2030.
+// Writes the friction into the device's parameters, object 0x2030.
 void set_friction(axis_parameters& parameters, const lugre_params& friction);
 
-// Into the device's parameters, object 0x2056: the device checks gains against this plant.
+// Writes the plant into the device's parameters, object 0x2056: the device checks gains against it.
 void set_plant(axis_parameters& parameters, const IdentifiedPlant& plant);
 
 }  // namespace trackservo::gain_design

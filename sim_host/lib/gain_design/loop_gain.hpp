@@ -6,7 +6,7 @@
 // P: torque command to joint rate, with the tick's zero-order hold and latency and the current loop;
 // H: sensors; C(z): the controller's own difference equations (rate estimator, fusion, filters, PI, observer).
 // Friction feedforward is not included: it runs on the set-point, not on the measured joint rate. The same response can
-// be measured on the full simulated machine (sim_host/simulator/analysis/frequency_measurement.hpp).
+// be measured on the full simulated machine (sim_host/design/frequency_measurement.hpp).
 #ifndef TRACKSERVO_GAIN_DESIGN_LOOP_GAIN_HPP
 #define TRACKSERVO_GAIN_DESIGN_LOOP_GAIN_HPP
 
@@ -38,18 +38,18 @@ struct FrequencyResponse {
   std::vector<std::complex<double>> loop_gain;  // L, negative feedback: instability at L = -1
 };
 
-// `count` frequencies, logarithmically spaced.
+// Returns `count` frequencies, logarithmically spaced.
 std::vector<double> log_space(double first_hz, double last_hz, int count);
 
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz);
 
-// Closed-loop set-point response at one frequency: joint rate over set-point.
+// Returns the closed-loop set-point response at one frequency: joint rate over set-point.
 std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                       double frequency_hz, double setpoint_weight = 1.0);
 
-// Closed-loop set-point response with set-point weight 1 (the usual meaning of "speed-loop bandwidth"): the highest
-// frequency below which it stays above -3 dB, in Hz.
+// Returns the bandwidth of the closed-loop set-point response with set-point weight 1 (the usual meaning of "speed-loop
+// bandwidth"): the highest frequency below which it stays above -3 dB, in Hz.
 double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params);
 
 // Noise of the sensors: white from tick to tick.
@@ -58,7 +58,8 @@ struct SensorNoise {
   double gyro_rad_s = 0.0;  // rms of the gyro's reading
 };
 
-// Rms of the torque command that the sensors' noise causes in the closed loop [Nm], up to half the tick's rate.
+// Returns the rms of the torque command that the sensors' noise causes in the closed loop [Nm], up to half the tick's
+// rate.
 double torque_noise_nm(const LinearMachine& machine, const speed_loop_params& params, const SensorNoise& noise);
 
 }  // namespace trackservo::gain_design

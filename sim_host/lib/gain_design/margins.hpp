@@ -23,7 +23,7 @@ struct MinMargins {
   double phase_margin_deg = 40.0;
 };
 
-// Margins by linear interpolation between the given points; infinite where there is no crossing.
+// Returns the margins by linear interpolation between the given points; infinite where there is no crossing.
 Margins margins_of(const FrequencyResponse& response);
 
 // Returns the first machine's margins, with the smallest gain and phase margin of all of them.
@@ -31,12 +31,12 @@ Margins worst_margins(const std::vector<LinearMachine>& machines, const speed_lo
 
 bool keeps_margins(const Margins& margins, const MinMargins& least = {});
 
-// Nyquist's criterion for a loop gain without unstable poles, integrators allowed: the phase of 1 + L, followed from
-// low frequency on, ends at zero. The points must begin far below and end far above the crossover, a few per cent
-// apart.
+// Returns whether a loop is stable by Nyquist's criterion, for a loop gain without unstable poles, integrators allowed:
+// the phase of 1 + L, followed from low frequency on, ends at zero. The points must begin far below and end far above
+// the crossover, a few per cent apart.
 bool is_stable_in_closed_loop(const FrequencyResponse& response);
 
-// True when the loop is stable on every one of the machines. About 0.2 ms each.
+// Returns whether the loop is stable on every one of the machines. Takes about 0.2 ms each.
 bool is_stable(const std::vector<LinearMachine>& machines, const speed_loop_params& loop);
 
 }  // namespace trackservo::gain_design

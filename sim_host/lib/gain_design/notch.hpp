@@ -19,8 +19,9 @@ struct NotchFilter {
   double depth = 1.0;
 };
 
-// As deep as the mode is high, and wide enough that its zeros lie on the mode's poles, within the firmware's ranges. At
-// least a tenth of the frequency wide: a resonance moves by a few percent with load and temperature.
+// Returns a notch as deep as the mode is high, and wide enough that its zeros lie on the mode's poles, within the
+// firmware's ranges. It is at least a tenth of the frequency wide: a resonance moves by a few percent with load and
+// temperature.
 NotchFilter notch_for(const StructuralMode& mode);
 
 }  // namespace trackservo::gain_design

@@ -13,8 +13,8 @@ constexpr double kCameraDelay_s = 0.030;
 // The same plus 6 ms for a speed loop of 30 Hz.
 constexpr double kTrackingDelay_s = 0.036;
 
-// Natural frequency of a critically damped PI on an integrator, with a pure delay, whose closed loop is at -3 dB at
-// the bandwidth [rad/s]. The paper gives "about 2 Hz" for its tracking loop and 20 ms of camera delay.
+// Returns the natural frequency of a critically damped PI on an integrator, with a pure delay, whose closed loop is at
+// -3 dB at the bandwidth [rad/s]. The paper gives "about 2 Hz" for its tracking loop and 20 ms of camera delay.
 double tracking_frequency_rad_s(double bandwidth_hz, double delay_s);
 
 // An outer loop from an angle's error to the rate set-point: proportional + integral / s after a delay.

@@ -16,7 +16,7 @@ struct PiRequirement {
 // Returns the firmware's parameters for it; the integral leaves a limit at the rate ki / kp.
 pi_controller_params pi_params(const PiRequirement& requirement, double inertia_kg_m2);
 
-// Into the device's parameters, object 0x2000.
+// Writes the PI into the device's parameters, object 0x2000.
 void set_pi(axis_parameters& parameters, const pi_controller_params& pi);
 
 // Returns the natural frequency at which the closed loop with PI alone and set-point weight 1 is at -3 dB at the

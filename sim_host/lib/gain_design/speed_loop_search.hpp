@@ -38,7 +38,7 @@ struct SpeedLoopVerdict {
 
 class SpeedLoopSearch {
  public:
-  // `loop` gives sensors, filters and set-point weight.
+  // Takes sensors, filters and set-point weight from `loop`.
   SpeedLoopSearch(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopRequirement& requirement)
       : demand_(demand), loop_(loop), requirement_(requirement) {}
 
@@ -46,7 +46,7 @@ class SpeedLoopSearch {
   // pair down to a hundredth is good.
   std::optional<SpeedLoopPair> best();
 
-  // A pair was good except for its torque noise: a low-pass may help.
+  // Returns whether a pair was good except for its torque noise: a low-pass may help.
   bool noise_refused() const { return noise_refused_; }
 
   SpeedLoopVerdict judge(const SpeedLoopPair& pair) const;
@@ -69,7 +69,7 @@ class SpeedLoopSearch {
   bool noise_refused_ = false;
 };
 
-// Rejection of slow disturbances by a pair, as a logarithm.
+// Returns the rejection of slow disturbances by a pair, as a logarithm.
 double rejection(const SpeedLoopPair& pair);
 
 }  // namespace trackservo::gain_design

@@ -24,7 +24,7 @@ struct AxisResponse {
   int windows = 0;                         // that were averaged; 0: no run was long enough
 };
 
-// Of all runs of kind 4 of at least 4.096 s, up to 400 Hz (as far as a chirp goes).
+// Returns the response of all runs of kind 4 of at least 4.096 s, up to 400 Hz (as far as a chirp goes).
 AxisResponse axis_response(const Recording& recording);
 
 }  // namespace trackservo::identification

@@ -24,7 +24,8 @@ struct LeastSquaresEnd {
   double parameter_tolerance = 0x1p-26;  // relative change of the parameters
 };
 
-// From `parameters` to the nearest minimum of the sum of squares, which replaces them. Returns the root of that sum.
+// Searches from `parameters` for the nearest minimum of the sum of squares, which replaces them. Returns the root of
+// that sum.
 double minimize(const LeastSquares& problem, const LeastSquaresEnd& end, Eigen::VectorXd& parameters);
 
 }  // namespace trackservo::identification

@@ -10,14 +10,14 @@ namespace trackservo::identification {
 
 class LowPass {
  public:
-  // 0 < cutoff_hz < 500: half the amplitude passes there.
+  // Computes the weights for 0 < cutoff_hz < 500: half the amplitude passes there.
   explicit LowPass(double cutoff_hz);
 
-  // Samples at each end that do not get the whole filter.
+  // Returns the samples at each end that do not get the whole filter.
   std::size_t reach() const { return weights_.size() - 1; }
 
-  // Smoothed ticks first..last-1 of `values`; beyond the ends the values continue point-symmetrically, so a straight
-  // line stays straight. `smooth` has the length of `values`; other ticks are unchanged.
+  // Writes smoothed ticks first..last-1 of `values`; beyond the ends the values continue point-symmetrically, so a
+  // straight line stays straight. `smooth` has the length of `values`; other ticks are unchanged.
   void smooth(const std::vector<double>& values, std::size_t first, std::size_t last,
               std::vector<double>& smooth) const;
 

@@ -21,7 +21,7 @@ struct DirectionFriction {
   double stribeck_speed_rad_s = 0;  // the paper's theta_s'
   double viscous_nm_s_rad = 0;      // sigma2
 
-  // g(v), eq. (3), and the torque in steady sliding, eq. (5), of a speed |v| [rad/s].
+  // Returns g(v), eq. (3), and the torque in steady sliding, eq. (5), of a speed |v| [rad/s].
   double level_nm(double speed_rad_s) const;
   double steady_nm(double speed_rad_s) const { return level_nm(speed_rad_s) + viscous_nm_s_rad * speed_rad_s; }
 };
@@ -60,11 +60,11 @@ class Lugre {
     Derivatives damping_by{};
   };
 
-  // Bristles relaxed. Neither s1 nor s2 is used here.
+  // Starts with the bristles relaxed. Neither s1 nor s2 is used here.
   Lugre(const Friction& friction, int level_terms) : friction_(friction), level_terms_(level_terms) {}
 
-  // One step at a constant joint rate; `level_terms` are the values of the map's terms at the present angle. Without
-  // derivatives a step takes half the time; all later derivatives are then invalid.
+  // Advances by one step at a constant joint rate; `level_terms` are the values of the map's terms at the present
+  // angle. Without derivatives a step takes half the time; all later derivatives are then invalid.
   template <bool derivatives = true>
   const Step& advance(double rate_rad_s, double dt_s, double level, const double *level_terms);
 

@@ -42,7 +42,7 @@ struct Motion {
 constexpr double kMotionCutoff_hz = 80;
 constexpr double kBaseCutoff_hz = 10;
 
-// Rates are low-passed at `cutoff_hz`. `fuse`: use the gyro, if there is one, for fast motion.
+// Returns the motion with rates low-passed at `cutoff_hz`. `fuse`: use the gyro, if there is one, for fast motion.
 Motion analyse_motion(const Recording& recording, double cutoff_hz = kMotionCutoff_hz, bool fuse = false);
 
 }  // namespace trackservo::identification

@@ -25,7 +25,7 @@ struct MotorHarmonic {
 constexpr int kLowestHarmonic = 3;
 constexpr int kHighestHarmonic = 48;
 
-// Cosine and sine column of a harmonic under the triangle, at the given ticks.
+// Returns cosine and sine column of a harmonic under the triangle, at the given ticks.
 Eigen::MatrixX2d harmonic_columns(const Recording& recording, const std::vector<std::size_t>& ticks,
                                   const MotorHarmonic& harmonic);
 

@@ -19,13 +19,13 @@ namespace trackservo::identification {
 
 class NoiseModel {
  public:
-  // White noise of standard deviation 1.
+  // Makes white noise of standard deviation 1.
   NoiseModel() = default;
 
-  // Wind before any fit: two poles far below the nodes' rate.
+  // Returns wind before any fit: two poles far below the nodes' rate.
   static NoiseModel slow_drift();
 
-  // Fitted to residuals, the order chosen by BIC up to `most`; `weights` (0..1) are the weights of the nodes.
+  // Fits the noise to residuals, the order chosen by BIC up to `most`; `weights` (0..1) are the weights of the nodes.
   static NoiseModel fit(const Eigen::VectorXd& residual_nm, const Eigen::VectorXd& weights,
                         const std::vector<Span>& spans, int most);
 
@@ -33,7 +33,8 @@ class NoiseModel {
   const Eigen::VectorXd& coefficients() const { return coefficients_; }
   double innovation_nm() const { return innovation_nm_; }
 
-  // Whitened to standard deviation 1, column by column; 0 outside of the spans and in their first `order` nodes.
+  // Whitens the values to standard deviation 1, column by column; 0 outside of the spans and in their first `order`
+  // nodes.
   template <class Rows>
   void whiten(const std::vector<Span>& spans, Rows& values) const;
 
@@ -42,10 +43,10 @@ class NoiseModel {
   double innovation_nm_ = 1;
 };
 
-// Correlation of whitened residuals at lags 1..`lags`.
+// Returns the correlation of whitened residuals at lags 1..`lags`.
 Eigen::VectorXd autocorrelation(const Eigen::VectorXd& whitened, const std::vector<Span>& spans, int lags);
 
-// From the end, so that values that are still needed are not overwritten.
+// Goes from the end, so that values that are still needed are not overwritten.
 template <class Rows>
 void NoiseModel::whiten(const std::vector<Span>& spans, Rows& values) const {
   const Eigen::Index order = coefficients_.size();

@@ -19,7 +19,7 @@ namespace trackservo::identification {
 // The paper's "optimal" ratio, 1/sqrt(2).
 extern const double kPaperDampingRatio;
 
-// Eq. (15): sigma1 = 2 zeta sqrt(J sigma0) - sigma2. J, sigma0 > 0.
+// Returns sigma1 by eq. (15): sigma1 = 2 zeta sqrt(J sigma0) - sigma2. J, sigma0 > 0.
 double paper_damping_nm_s_rad(double inertia_kg_m2, double stiffness_nm_rad, double viscous_nm_s_rad,
                               double damping_ratio);
 

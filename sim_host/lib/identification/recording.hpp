@@ -46,8 +46,8 @@ struct Stretch {
 
 std::vector<Stretch> stretches(const Recording& recording);
 
-// Parts of them, spread evenly over the whole and of equal length, `max_s` together at most: enough for a first
-// estimate, in a fraction of the time. All of it if there is no more than that.
+// Returns parts of them, spread evenly over the whole and of equal length, `max_s` together at most: enough for a first
+// estimate, in a fraction of the time. Returns all of it if there is no more than that.
 std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double max_s);
 
 // A file that cannot be read as a recording; the message has file, line, error and remedy.

@@ -31,7 +31,7 @@ constexpr int kMinWindows = 8;
 // A peak must exceed the rigid body and its neighbourhood by this.
 constexpr double kMinHeight = 1.5;
 
-// By rising frequency; at most three. None where fewer than kMinWindows were averaged.
+// Returns the resonances by rising frequency; at most three. Returns none where fewer than kMinWindows were averaged.
 std::vector<gain_design::StructuralMode> find_resonances(const AxisResponse& response, const RigidAxis& rigid);
 
 }  // namespace trackservo::identification

@@ -10,12 +10,12 @@
 
 namespace trackservo::identification {
 
-// `structure`: chirps recorded to find resonances. Without them the recording itself is searched, which shows the
-// resonances that its own chirps excite.
+// Returns the result as JSON. `structure`: chirps recorded to find resonances. Without them the recording itself is
+// searched, which shows the resonances that its own chirps excite.
 nlohmann::ordered_json to_json(const Identification& result, const Recording& recording,
                                const Recording& structure = {});
 
-// One row per used node.
+// Writes one row per used node.
 void write_residuals(std::ostream& out, const Identification& result, const Recording& recording);
 
 }  // namespace trackservo::identification

@@ -9,8 +9,8 @@
 
 namespace trackservo::identification {
 
-// Rms of the part that is white from tick to tick, in the values' unit; 0 where no stretch has five ticks. Ticks
-// without a value (NaN) are left out.
+// Returns the rms of the part that is white from tick to tick, in the values' unit; 0 where no stretch has five ticks.
+// Ticks without a value (NaN) are left out.
 double white_noise_rms(const std::vector<double>& values, const std::vector<Stretch>& stretches);
 
 }  // namespace trackservo::identification

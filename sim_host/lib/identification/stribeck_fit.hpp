@@ -17,7 +17,8 @@ struct SteadyPoint {
   double weight = 1;
 };
 
-// Nothing with fewer than four speeds or with torques that are no friction (the mean is not positive).
+// Returns the fitted friction; nothing with fewer than four speeds or with torques that are no friction (the mean is
+// not positive).
 std::optional<DirectionFriction> fit_stribeck(const std::vector<SteadyPoint>& points);
 
 }  // namespace trackservo::identification

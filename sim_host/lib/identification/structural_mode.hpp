@@ -20,7 +20,7 @@ struct StructuralMode {
   double share = 0.0;
 };
 
-// Factor of the structure on the rigid body at s = jw.
+// Returns the factor of the structure on the rigid body at s = jw.
 inline std::complex<double> structural_factor(const std::vector<StructuralMode>& modes, std::complex<double> s) {
   std::complex<double> factor = 1.0;
   for (const StructuralMode& mode : modes) {
@@ -30,7 +30,7 @@ inline std::complex<double> structural_factor(const std::vector<StructuralMode>&
   return factor;
 }
 
-// Height of the mode above the rigid body at its resonance; 1 is none.
+// Returns the height of the mode above the rigid body at its resonance; 1 is none.
 inline double relative_height(const StructuralMode& mode) {
   return std::abs(std::complex<double>(1.0, 0.5 * mode.share / mode.damping));
 }

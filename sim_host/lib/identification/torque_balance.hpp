@@ -45,10 +45,10 @@ class TorqueBalance {
  public:
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  // Of the given stretches of the motion; recording and motion must exist longer than it.
+  // Takes the given stretches of the motion. Keeps references to recording and motion, which must exist longer than it.
   TorqueBalance(const Recording& recording, const Motion& motion, const std::vector<Stretch>& stretches);
 
-  // The same along parts of it, `max_s` together at most.
+  // Returns the same along parts of it, `max_s` together at most.
   TorqueBalance excerpt(double max_s) const;
 
   Eigen::Index nodes() const { return static_cast<Eigen::Index>(tick_.size()); }
@@ -65,10 +65,10 @@ class TorqueBalance {
   // Adds a harmonic of the motor: two more parameters, at the end.
   void add_harmonic(const MotorHarmonic& harmonic);
 
-  // Residuals [Nm] by node and, on request, their derivatives.
+  // Computes the residuals [Nm] by node and, on request, their derivatives.
   void evaluate(const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm, Jacobian *jacobian) const;
 
-  // True where the unknown start of the bristles has decayed: there the residual is meaningful.
+  // Returns where the unknown start of the bristles has decayed: there the residual is meaningful.
   std::vector<Span> known(const Eigen::VectorXd& parameters) const;
 
  private:

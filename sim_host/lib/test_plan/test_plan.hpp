@@ -38,7 +38,7 @@ struct Place {
 
 enum class Stage { kFirstLook, kIdentification, kStructure };
 
-// As in files: "first_look", "identification", "structure".
+// Returns the name as in files: "first_look", "identification", "structure".
 const char *stage_name(Stage stage);
 
 struct TestPlan {
@@ -54,17 +54,17 @@ class TestPlanError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// About a minute. Throws TestPlanError.
+// Returns a test plan of about a minute. Throws TestPlanError.
 TestPlan first_look(const MotionLimits& limits);
 
-// Some minutes. Throws TestPlanError.
+// Returns a test plan of some minutes. Throws TestPlanError.
 TestPlan test_plan_for(const MotionLimits& limits, const RoughMachine& machine);
 
-// Chirps far beyond the loop's bandwidth, about a minute. They are recorded separately: friction is fitted to 5 ms
-// steps, and aliases from above 100 Hz would change sigma2 by up to 5 %. Throws TestPlanError.
+// Returns chirps far beyond the loop's bandwidth, about a minute. They are recorded separately: friction is fitted to 5
+// ms steps, and aliases from above 100 Hz would change sigma2 by up to 5 %. Throws TestPlanError.
 TestPlan structure_look(const MotionLimits& limits, const RoughMachine& machine);
 
-// Approximate duration from `start_rad` on, moves included [s].
+// Returns the approximate duration from `start_rad` on, moves included [s].
 double duration_s(const TestPlan& test_plan, double start_rad);
 
 }  // namespace trackservo::commissioning

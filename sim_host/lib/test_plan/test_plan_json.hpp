@@ -10,7 +10,7 @@
 
 namespace trackservo::commissioning {
 
-// `start_rad`: present angle of the axis, for the predicted duration.
+// Returns the contents of the file. `start_rad`: present angle of the axis, for the predicted duration.
 nlohmann::ordered_json to_json(const TestPlan& test_plan, double start_rad);
 
 }  // namespace trackservo::commissioning

@@ -7,7 +7,7 @@
 
 namespace trackservo::commissioning {
 
-// To the standard output. `start_rad`: present angle of the axis.
+// Prints the test plan to the standard output. `start_rad`: present angle of the axis.
 void print(const TestPlan& test_plan, double start_rad);
 
 }  // namespace trackservo::commissioning

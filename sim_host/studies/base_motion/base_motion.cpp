@@ -10,12 +10,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "analysis/margin_measurement.hpp"
-#include "analysis/metrics.hpp"
-#include "base/json_file.hpp"
 #include "design/control_design.hpp"
+#include "design/margin_measurement.hpp"
 #include "device/tracking_run.hpp"
-#include "run/scenario_run.hpp"
+#include "judge/analysis/metrics.hpp"
+#include "machine/base/json_file.hpp"
+#include "machine/run/scenario_run.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -17,9 +17,9 @@
 #include <string>
 #include <vector>
 
-#include "base/job_pool.hpp"
-#include "config/plant_config.hpp"
 #include "design/loop_margins.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/config/plant_config.hpp"
 #include "studies/shared/requirement.hpp"
 
 namespace trackservo::sim {
@@ -89,14 +89,14 @@ std::array<double, kAxes> tracking_on_base(const BaseMotionSetup& setup, const T
 IsolationPoint isolation_at(const PlantConfig& plant_at_rest, const std::string& controller, FeedbackSource feedback,
                             double amplitude_rad, double frequency_hz, std::uint64_t seed);
 
-// Of the azimuth, with the design of both of the above.
+// Returns margins of the azimuth, with the design of both of the above.
 PitchMargins azimuth_margins(const PlantConfig& plant, double pitch_rad, bool pre_sliding, std::uint64_t seed);
 
 BaseMotionStudy run_base_motion(const BaseMotionSetup& setup,
                                 const std::function<void(int, int, const std::string&)>& progress);
 
-// One row for each frequency and pitch of the tracking, with the worst axis of the base; the isolation at the goal's
-// frequency and amplitude, of the rms angles; the smallest measured margins.
+// Returns one row for each frequency and pitch of the tracking, with the worst axis of the base; the isolation at the
+// goal's frequency and amplitude, of the rms angles; the smallest measured margins.
 std::vector<Requirement> requirements_of(const BaseMotionSetup& setup, const BaseMotionStudy& study);
 
 void print(const BaseMotionSetup& setup, const BaseMotionStudy& study);

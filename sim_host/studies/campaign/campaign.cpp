@@ -9,8 +9,8 @@
 #include <numeric>
 #include <tuple>
 
-#include "base/job_pool.hpp"
-#include "run/scenario_run.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/run/scenario_run.hpp"
 #include "studies/margins/margin_study.hpp"
 #include "studies/sensitivity/sensitivity.hpp"
 #include "studies/shared/run_files.hpp"

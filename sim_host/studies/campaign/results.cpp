@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "analysis/statistics.hpp"
-#include "base/json_file.hpp"
+#include "judge/analysis/statistics.hpp"
+#include "machine/base/json_file.hpp"
 #include "studies/shared/derived.hpp"
 #include "studies/shared/goals.hpp"
 

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "analysis/statistics.hpp"
-#include "base/job_pool.hpp"
-#include "base/json_file.hpp"
+#include "judge/analysis/statistics.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/base/json_file.hpp"
 #include "studies/shared/experiment.hpp"
 #include "studies/shared/identified_axis.hpp"
 

@@ -49,7 +49,7 @@ struct AssumedPlantStudy {
   AssumedPlantSum sum;
 };
 
-// Identified minus wrong, as a share of the mean with wrong parameters; paired by seed.
+// Returns identified minus wrong, as a share of the mean with wrong parameters; paired by seed.
 Estimate gain_of(const AssumedPlantFigure& figure);
 
 // Sums over figures that have equally many values, at least two.
@@ -58,10 +58,10 @@ AssumedPlantSum sum_of(const std::vector<AssumedPlantFigure>& figures);
 // Identifies both axes of the plants, then runs all. Throws like run_campaign.
 AssumedPlantStudy run_assumed_plant_study(const CampaignOptions& options, const Progress& progress);
 
-// To the standard output.
+// Prints the study to the standard output.
 void print(const AssumedPlantStudy& study);
 
-// `file`, which docs/results-format.md describes. Throws std::runtime_error that names it.
+// Writes `file`, which docs/results-format.md describes. Throws std::runtime_error that names it.
 void write_assumed_plant_study(const AssumedPlantStudy& study, const CampaignOptions& options, const std::string& git,
                                const std::filesystem::path& file);
 

@@ -8,7 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "analysis/margin_measurement.hpp"
+#include "design/margin_measurement.hpp"
 #include "studies/shared/run_files.hpp"
 
 namespace trackservo::sim {

@@ -36,8 +36,8 @@ struct MarginRecord {
   std::string csv;
 };
 
-// Every controller on every plant, the best PI of every study, both axes, sliding and pre-sliding. `best_pi` holds
-// one PI for every study_name(). The plants must exist longer than the jobs.
+// Returns jobs for every controller on every plant, the best PI of every study, both axes, sliding and pre-sliding.
+// `best_pi` holds one PI for every study_name(). The plants must exist longer than the jobs.
 std::vector<MarginJob> margin_jobs_of(const std::vector<PlantConfig>& plants, const std::vector<Study>& studies,
                                       const std::map<std::string, PiRequirement>& best_pi);
 

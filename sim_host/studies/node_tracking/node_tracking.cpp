@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "analysis/error_spread.hpp"
+#include "judge/analysis/error_spread.hpp"
 #include "studies/shared/lost_time.hpp"
 
 namespace trackservo::sim {

@@ -21,9 +21,9 @@
 #include <string>
 #include <vector>
 
-#include "base/job_pool.hpp"
-#include "config/scenario_config.hpp"
 #include "device/tracking_node.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/config/scenario_config.hpp"
 #include "studies/shared/requirement.hpp"
 
 namespace trackservo::sim {
@@ -73,7 +73,7 @@ struct NodeTrackingSetup {
   int threads = usable_threads();
 };
 
-// With the loops that are designed for this plant. `data_dir` has the scenarios.
+// Returns the cases with the loops that are designed for this plant. `data_dir` has the scenarios.
 std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, const std::filesystem::path& data_dir);
 
 NodeTrackingRun run_of(const NodeSetup& still, const NodeTrackingCase& tried, std::uint64_t seed);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/json_file.hpp"
+#include "machine/base/json_file.hpp"
 #include "studies/node_tracking/node_tracking.hpp"
 
 namespace trackservo::sim {

@@ -9,13 +9,13 @@
 #include <set>
 #include <stdexcept>
 
-#include "commissioning/commissioning.hpp"
+#include "design/commissioning/commissioning.hpp"
 #include "device/driven_node.hpp"
 #include "device/node_setup.hpp"
-#include "fault_injection/soak.hpp"
+#include "judge/fault_injection/soak.hpp"
+#include "machine/target/fly_by.hpp"
 #include "studies/random_plants/random_plant.hpp"
 #include "studies/shared/experiment.hpp"
-#include "target/fly_by.hpp"
 
 namespace trackservo::sim {
 namespace {

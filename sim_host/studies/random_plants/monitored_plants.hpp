@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "base/job_pool.hpp"
+#include "machine/base/job_pool.hpp"
 #include "studies/shared/campaign_options.hpp"
 #include "studies/shared/study.hpp"
 
@@ -36,7 +36,7 @@ struct MonitoredPlants {
 // Returns the scenarios of the paper's experiments, each once. Throws like load_experiments.
 std::vector<ScenarioConfig> scenarios_of_experiments(const std::filesystem::path& data_dir);
 
-// One plant. Equal seeds give equal runs.
+// Monitors one plant. Equal seeds give equal runs.
 MonitoredPlants monitor_plant(const MonitoredPlantsSetup& setup, std::uint64_t seed);
 
 MonitoredPlants monitor_plants(const MonitoredPlantsSetup& setup, const Progress& progress);

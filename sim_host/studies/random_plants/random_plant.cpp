@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "base/random.hpp"
+#include "machine/base/random.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "config/plant_config.hpp"
+#include "machine/config/plant_config.hpp"
 
 namespace trackservo::sim {
 
@@ -27,12 +27,12 @@ struct RandomPlant {
   std::vector<Deviation> deviations;  // the same keys in the same order for every plant of one nominal
 };
 
-// Factors are uniform in 1 - `share` .. 1 + `share`; `share` is in 0 .. 0.9. Break-away torque is raised to Coulomb
-// torque where it would fall below.
+// Returns a plant with factors that are uniform in 1 - `share` .. 1 + `share`; `share` is in 0 .. 0.9. Break-away
+// torque is raised to Coulomb torque where it would fall below.
 RandomPlant random_plant(const PlantConfig& nominal, double share, std::uint64_t seed);
 
-// Numeric keys that keep their values, without the axis: "motor.current_limit_a". They are ranges of sensors, ends of
-// the travel, and parts of the supply that the machine may lack.
+// Returns the numeric keys that keep their values, without the axis: "motor.current_limit_a". They are ranges of
+// sensors, ends of the travel, and parts of the supply that the machine may lack.
 const std::vector<std::string>& retained_keys();
 
 }  // namespace trackservo::sim

@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/job_pool.hpp"
-#include "base/result_log.hpp"
 #include "design/true_plant.hpp"
+#include "machine/base/job_pool.hpp"
+#include "machine/base/result_log.hpp"
 #include "studies/random_plants/random_plant.hpp"
 #include "studies/random_plants/random_plants_log.hpp"
 

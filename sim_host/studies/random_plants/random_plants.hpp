@@ -18,7 +18,7 @@
 #include <variant>
 #include <vector>
 
-#include "base/job_pool.hpp"
+#include "machine/base/job_pool.hpp"
 #include "studies/shared/campaign_options.hpp"
 #include "studies/shared/experiment.hpp"
 #include "studies/shared/study.hpp"
@@ -81,7 +81,7 @@ struct RandomPlants {
   std::vector<FailedPlant> failed;  // by seed
 };
 
-// One plant with given parameters.
+// Tries one plant with given parameters.
 TriedPlant try_plant(const RandomPlantsSetup& setup, const servo_params& params, std::uint64_t seed);
 
 using TryPlant = std::function<TriedPlant(const RandomPlantsSetup&, const servo_params&, std::uint64_t)>;
@@ -97,7 +97,7 @@ RandomPlants try_random_plants(const RandomPlantsSetup& setup, const Progress& p
 RandomPlants merge_random_plants(const RandomPlantsSetup& setup, const std::vector<std::filesystem::path>& logs,
                                  bool all_of_setup);
 
-// Size of the errors relative to the paper's: the largest ratio over the speeds that the paper has.
+// Returns the size of the errors relative to the paper's: the largest ratio over the speeds that the paper has.
 double worst_ratio(const TriedAxis& axis, const std::vector<double>& paper_deg_s);
 
 }  // namespace trackservo::sim

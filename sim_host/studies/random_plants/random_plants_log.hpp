@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result_log.hpp"
+#include "machine/base/result_log.hpp"
 #include "studies/random_plants/random_plants.hpp"
 
 namespace trackservo::sim {
@@ -21,10 +21,10 @@ ResultLogFormat log_format(const RandomPlantsOrigin& origin, double share, const
 // Returns what line 1 of a log's text has as RandomPlantsOrigin::identified; empty when it is not such a log.
 std::string identified_of(std::string_view text);
 
-// With its end.
+// Returns the line of a result, with its end.
 std::string line_of(const PlantResult& result);
 
-// Nothing when the line is no result with so many speeds.
+// Returns the result in a line; nothing when the line is no result with so many speeds.
 std::optional<PlantResult> result_of(const std::string& line, std::size_t cases);
 
 std::uint64_t seed_of(const PlantResult& result);
@@ -39,7 +39,7 @@ class LoggedSeeds {
   // Throws std::runtime_error with both lines of the first seed that is there twice.
   void refuse_repeated();
 
-  // After refuse_repeated(). Throws std::runtime_error when seeds are missing or are not among the required ones.
+  // Throws std::runtime_error when seeds are missing or are not among the required ones. Call after refuse_repeated().
   void refuse_gaps(std::uint64_t first, std::uint64_t count) const;
 
   // Does the same from the smallest to the largest seed. Returns the smallest.

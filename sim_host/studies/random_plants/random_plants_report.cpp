@@ -10,8 +10,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "analysis/statistics.hpp"
-#include "base/json_file.hpp"
+#include "judge/analysis/statistics.hpp"
+#include "machine/base/json_file.hpp"
 #include "studies/random_plants/random_plant.hpp"
 
 namespace trackservo::sim {

@@ -45,15 +45,15 @@ struct RandomPlantsSummary {
   std::vector<std::size_t> worst;  // ten plants of azimuth, worst first, by worst_ratio
 };
 
-// Memory: about 330 bytes per plant in all. The deviations are drawn again, plant by plant. Throws
+// Returns the summary. Memory: about 330 bytes per plant in all. The deviations are drawn again, plant by plant. Throws
 // std::runtime_error when no plant has a result.
 RandomPlantsSummary summary_of(const RandomPlants& tried);
 
-// To the standard output.
+// Prints the results to the standard output.
 void print(const RandomPlants& tried, const RandomPlantsSummary& summary);
 
-// `folder`/random_plants.json, the summary, and `folder`/random_plants.csv, every plant with all its deviations. Throws
-// std::runtime_error that names the file.
+// Writes `folder`/random_plants.json, the summary, and `folder`/random_plants.csv, every plant with all its deviations.
+// Throws std::runtime_error that names the file.
 void write_random_plants(const RandomPlants& tried, const RandomPlantsSummary& summary, const std::string& git,
                          const std::filesystem::path& folder);
 

@@ -44,7 +44,7 @@ struct SensitivityJob {
   std::string controller;
 };
 
-// The variations must exist longer than the jobs.
+// Returns the jobs of the variations, which must exist longer than the jobs.
 std::vector<SensitivityJob> sensitivity_jobs(const std::vector<Variation>& variations);
 
 // Runs the job and writes its CSVs below out_dir. Azimuth's figures of the case, as records whose `shipped` is still

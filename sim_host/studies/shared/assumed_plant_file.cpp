@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "base/checksum.hpp"
-#include "base/json_file.hpp"
 #include "gain_design/identified_plant_json.hpp"
+#include "machine/base/checksum.hpp"
+#include "machine/base/json_file.hpp"
 #include "studies/shared/identified_axis.hpp"
 
 namespace trackservo::sim {

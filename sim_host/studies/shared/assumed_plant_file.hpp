@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <string>
 
-#include "base/job_pool.hpp"
 #include "design/control_design.hpp"
+#include "machine/base/job_pool.hpp"
 
 namespace trackservo::sim {
 

@@ -5,7 +5,7 @@
 #include <nlopt.hpp>
 
 #include "device/tracking_run.hpp"
-#include "run/scenario_run.hpp"
+#include "machine/run/scenario_run.hpp"
 #include "studies/shared/study.hpp"
 
 namespace trackservo::sim {

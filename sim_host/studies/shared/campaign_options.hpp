@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "base/job_pool.hpp"
+#include "machine/base/job_pool.hpp"
 
 namespace trackservo::sim {
 
@@ -21,7 +21,8 @@ struct CampaignOptions {
   double friction_parameter_error = 0.15;  // of the comparison with controllers designed without identification
   int threads = usable_threads();
 
-  // One seed is a first look, not a result: the searches for the best PI are shortened, the sensitivity is left out.
+  // Returns whether there is one seed, which is a first look, not a result: the searches for the best PI are shortened,
+  // the sensitivity is left out.
   bool quick() const { return seeds.size() == 1; }
 };
 

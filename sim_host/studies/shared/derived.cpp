@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "analysis/statistics.hpp"
+#include "judge/analysis/statistics.hpp"
 
 namespace trackservo::sim {
 namespace {

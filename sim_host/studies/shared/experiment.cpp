@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "config/toml_reader.hpp"
+#include "machine/config/toml_reader.hpp"
 #include "studies/shared/derived.hpp"
 
 namespace trackservo::sim {

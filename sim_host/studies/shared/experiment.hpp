@@ -58,8 +58,8 @@ struct Experiment {
   std::vector<Study> studies;  // one for each tracking loop
 };
 
-// All experiments of the folder studies/ in data_dir, in their order. A data folder without studies/ has the shipped
-// experiments (shipped_dir) on its own plants. DATA/scenarios/NAME.toml, where present, is the scenario of the
+// Reads all experiments of the folder studies/ in data_dir, in their order. A data folder without studies/ has the
+// shipped experiments (shipped_dir) on its own plants. DATA/scenarios/NAME.toml, where present, is the scenario of the
 // experiment NAME. Throws ConfigError.
 std::vector<Experiment> load_experiments(const std::filesystem::path& data_dir,
                                          const std::filesystem::path& shipped_dir = {});

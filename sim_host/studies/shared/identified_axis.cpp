@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "commissioning/commissioning_report.hpp"
+#include "design/commissioning/commissioning_report.hpp"
 #include "gain_design/identified_plant_json.hpp"
 #include "studies/shared/run_files.hpp"
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "base/job_pool.hpp"
-#include "commissioning/commissioning.hpp"
+#include "design/commissioning/commissioning.hpp"
 #include "design/control_design.hpp"
+#include "machine/base/job_pool.hpp"
 
 namespace trackservo::sim {
 
@@ -38,7 +38,7 @@ struct IdentifiedAxis {
 // when a parameter was refused.
 IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::filesystem::path& out_dir);
 
-// Both axes of every plant, in their order, on the pool's threads; `cost` of each as for JobPool::run.
+// Identifies both axes of every plant, in their order, on the pool's threads; `cost` of each as for JobPool::run.
 std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plants,
                                             const std::filesystem::path& out_dir, JobPool& pool, int cost = 1);
 

@@ -45,8 +45,6 @@ double farthest_turn_rad(const TurnLimits& limits, double from_rad_s, double to_
 
 }  // namespace
 
-double fastest_azimuth_rad_s(const PassConfig& pass) { return pass.speed_m_s / distance_ahead_m(pass); }
-
 double optimal_lost_s(const PassConfig& pass, const TurnLimits& limits) {
   constexpr double kStep_s = 1e-3;
   constexpr int kFarthest = 20000;

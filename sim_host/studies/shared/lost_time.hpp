@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "config/scenario_config.hpp"
+#include "machine/config/scenario_config.hpp"
 
 namespace trackservo::sim {
 
@@ -28,7 +28,7 @@ class LostTime {
     }
   }
 
-  // 0: never lost; infinite: lost at the end.
+  // Returns the time for which it is lost; 0: never lost; infinite: lost at the end.
   double seconds() const {
     return is_lost_ ? std::numeric_limits<double>::infinity() : std::max(0.0, last_s_ - first_s_);
   }
@@ -38,9 +38,6 @@ class LostTime {
   double first_s_ = std::numeric_limits<double>::infinity();
   double last_s_ = 0;
 };
-
-// Azimuth rate of the target at the closest approach [rad/s].
-double fastest_azimuth_rad_s(const PassConfig& pass);
 
 // Of the azimuth.
 struct TurnLimits {

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "base/json_file.hpp"
 #include "json_text.hpp"
+#include "machine/base/json_file.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "run/trace.hpp"
+#include "machine/run/trace.hpp"
 
 namespace trackservo::sim {
 
-// WORD-WORD-....csv, empty words left out, letters that are not allowed in file names replaced.
+// Returns WORD-WORD-....csv, empty words left out, letters that are not allowed in file names replaced.
 std::string file_name(const std::vector<std::string>& words);
 
 // Writes FOLDER/file_name(words) and returns the file's name. A drawn run has up to 6000 rows, every other one up to

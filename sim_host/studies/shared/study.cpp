@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "analysis/metrics.hpp"
 #include "device/tracking_run.hpp"
-#include "run/scenario_run.hpp"
+#include "judge/analysis/metrics.hpp"
+#include "machine/run/scenario_run.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "config/scenario_config.hpp"
 #include "design/control_design.hpp"
-#include "run/trace.hpp"
+#include "machine/config/scenario_config.hpp"
+#include "machine/run/trace.hpp"
 
 namespace trackservo::sim {
 

@@ -50,11 +50,12 @@ def test_version_block_reports_length_and_crc(image):
     assert crc == zlib.crc32(image[:0x20C] + image[0x210:])
 
 
-def test_version_block_names_version_and_commit(image):
-    version, git = struct.unpack_from("<16s48s", image, 0x210)
+def test_version_block_names_version_commit_and_board(image):
+    version, git, _, board = struct.unpack_from("<16s48sI12s", image, 0x210)
     stated = re.search(r"VERSION (\d+\.\d+\.\d+)", (PROJECT / "CMakeLists.txt").read_text("utf-8"))[1]
     assert version.rstrip(b"\0").decode() == stated
     assert re.fullmatch(r"[0-9a-z.-]{4,47}", git.rstrip(b"\0").decode())
+    assert board.rstrip(b"\0") == b"nucleo_g474"
 
 
 def test_vectors_lead_where_the_chip_looks(image):

@@ -34,7 +34,7 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 READING_GUIDE = [
     ("LuGre friction", "(1)–(3)", "firmware/control/lugre.c", "firmware/control/tests/test_lugre.c", "fig7"),
     ("steady friction", "(5)", "firmware/control/friction_feedforward.c", "firmware/control/tests/test_friction_feedforward.c", "fig14"),
-    ("axis dynamics", "(6)", "sim_host/simulator/plant/tracker.hpp", "sim_host/simulator/plant/tests/test_plant_machine.cpp", "fig9"),
+    ("axis dynamics", "(6)", "sim_host/machine/plant/tracker.hpp", "sim_host/machine/plant/tests/test_plant_machine.cpp", "fig9"),
     ("bristle parameters", "(10)–(16)", "firmware/control/lugre.h", "firmware/control/tests/test_lugre.c", "shares"),
     ("identification", "(4)–(16)", "sim_host/lib/identification/joint_fit.cpp", "tests/identification/test_identify.cpp", "confidence"),
     ("disturbance observer", "section III", "firmware/control/disturbance_observer.c", "firmware/control/tests/test_disturbance_observer.c", "fig11"),

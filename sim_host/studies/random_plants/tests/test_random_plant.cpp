@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "config/plant_keys.hpp"
+#include "machine/config/plant_keys.hpp"
 #include "support/bench.hpp"
 #include "support/check.h"
 

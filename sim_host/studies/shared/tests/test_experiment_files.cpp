@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config_error.hpp"
+#include "machine/config/config_error.hpp"
 #include "support/check.h"
 
 namespace fs = std::filesystem;
