@@ -11,6 +11,7 @@
 #include "gain_design/gain_design.hpp"
 #include "gain_design/gain_requirements_json.hpp"
 #include "gain_design/identified_plant_json.hpp"
+#include "units.hpp"
 
 namespace trackservo::identification {
 namespace {
@@ -36,6 +37,12 @@ void print_prediction(const gain_design::GainDesign& design) {
   print("Pre-sliding:", design.pre_sliding);
   fmt::print("Bandwidth {:.3g} Hz, with PI alone {:.3g} Hz; torque noise {:.2g} Nm rms.\n", design.bandwidth_hz,
              design.speed_loop_bandwidth_hz, design.torque_noise_nm);
+  if (design.rate_error) {
+    const gain_design::RateError& error = *design.rate_error;
+    fmt::print("Rate error {:.3g} deg/s rms: disturbance {:.3g}, encoder {:.3g}, gyro {:.3g}.\n",
+               error.rad_s() * kDegPerRad, error.disturbance_rad_s * kDegPerRad, error.encoder_rad_s * kDegPerRad,
+               error.gyro_rad_s * kDegPerRad);
+  }
 }
 
 void run(const DesignCommand& options) {

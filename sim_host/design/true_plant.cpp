@@ -40,7 +40,7 @@ gain_design::IdentifiedPlant true_plant(const PlantConfig& plant, int axis) {
   known.encoder = {a.encoder.latency_s + 0.5 * (a.encoder.reads_per_tick - 1) * kPwmPeriod_s,
                    encoder_noise_rad(a.encoder)};
   known.gyro = {a.gyro.latency_s, a.gyro.bandwidth_hz, a.gyro.noise_density_rad_s_rthz * std::sqrt(0.5 / kTick_s),
-                is_below_joint(a.gyro.mounting, axis)};
+                is_below_joint(a.gyro.mounting, axis), a.structure && a.structure->optics == StructureSide::kPayload};
   return known;
 }
 

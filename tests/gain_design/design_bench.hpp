@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <string>
 
-#include "design/frequency_measurement.hpp"
 #include "design/control_design.hpp"
+#include "design/frequency_measurement.hpp"
 #include "design/true_plant.hpp"
 #include "gain_design/gain_design.hpp"
 #include "support/bench.hpp"

@@ -141,6 +141,9 @@ void test_wrong_requirements_are_named() {
   check_says(said({{"setpoint_weight", 1.5}}), "\"setpoint_weight\" is 1.5; give a number from 0 to 1");
   check_says(said({{"observer_bandwidth_hz", "30"}}), "\"observer_bandwidth_hz\" is \"30\"; give a number");
   check_says(said({{"speed_loop_damping", nullptr}}), "\"speed_loop_damping\" is null; give a number");
+  check_says(said({{"disturbance_rms_nm", 3.6}}),
+             "wishes.json: a disturbance needs both \"disturbance_rms_nm\" and \"disturbance_corner_hz\"");
+  check_says(said({{"least_rate_error", 1}}), "\"least_rate_error\" is 1; give true or false");
   const GainRequirements requirements =
       read_gain_requirements({"w", {{"least_phase_margin_deg", 55}, {"position_bandwidth_hz", 2.5}}});
   CHECK_SAME("phase margin", 55.0, requirements.least.phase_margin_deg);

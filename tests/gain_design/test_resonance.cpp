@@ -2,9 +2,9 @@
 // A structural resonance, from the recorded chirp to a notch with which the loop keeps its margins.
 #include <cmath>
 
+#include "commissioning_bench.hpp"
 #include "design/commissioning/commissioning.hpp"
 #include "design/commissioning/tuned_gains.hpp"
-#include "commissioning_bench.hpp"
 #include "gain_design/design_bench.hpp"
 #include "gain_design/notch.hpp"
 #include "identification/resonances.hpp"

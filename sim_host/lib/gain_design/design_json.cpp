@@ -24,6 +24,12 @@ Json predicted_json(const GainDesign& design) {
   json["bandwidth_hz"] = design.bandwidth_hz;
   json["speed_loop_bandwidth_hz"] = design.speed_loop_bandwidth_hz;
   json["torque_noise_nm"] = design.torque_noise_nm;
+  if (design.rate_error) {
+    json["rate_error_rad_s"] = design.rate_error->rad_s();
+    json["rate_error_by_disturbance_rad_s"] = design.rate_error->disturbance_rad_s;
+    json["rate_error_by_encoder_rad_s"] = design.rate_error->encoder_rad_s;
+    json["rate_error_by_gyro_rad_s"] = design.rate_error->gyro_rad_s;
+  }
   json["pre_sliding"] = margins_json(design.pre_sliding);
   return json;
 }

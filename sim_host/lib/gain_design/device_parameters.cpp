@@ -22,6 +22,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint16_t kLastParameter = 0x205F;
 constexpr std::uint16_t kLastDesigned = 0x204F;
+constexpr std::uint16_t kSensors = 0x2050;  // its crossover may be designed, too
 constexpr std::uint16_t kPlant = 0x2056;
 constexpr std::uint16_t kFirstOptional = kPlant;  // files of versions before it exist
 constexpr auto kMaxFloat = static_cast<double>(std::numeric_limits<float>::max());
@@ -136,7 +137,8 @@ Json parameter_rows(const axis_parameters& before, const axis_parameters& after)
   const ParameterPart designed(after);
   Json rows = Json::array();
   for (const od_entry *entry : rows_up_to(kLastParameter)) {
-    if (entry->index <= kLastDesigned || entry->index == kPlant) {
+    const bool crossover = entry->index == kSensors && old.value(*entry) != designed.value(*entry);
+    if (entry->index <= kLastDesigned || crossover || entry->index == kPlant) {
       Json row = head_of(*entry);
       row["before"] = old.value(*entry);
       row["value"] = designed.value(*entry);

@@ -132,6 +132,9 @@ void predict(const SpeedLoopDemand& demand, GainDesign& design) {
   design.pre_sliding = worst_margins({demand.machines[1]}, loop);
   design.speed_loop_bandwidth_hz = closed_loop_bandwidth_hz(sliding, pi_alone(loop));
   design.bandwidth_hz = closed_loop_bandwidth_hz(sliding, loop);
+  if (demand.disturbance) {
+    design.rate_error = rate_error(sliding, loop, *demand.disturbance, demand.noise);
+  }
   design.torque_noise_nm = 0.0;
   for (const LinearMachine& machine : demand.machines) {
     design.torque_noise_nm = std::max(design.torque_noise_nm, torque_noise_nm(machine, loop, demand.noise));
@@ -147,9 +150,20 @@ GainDesign design_gains(const IdentifiedPlant& plant, const GainRequirements& re
   refuse_weak_motor(plant, present);
   GainDesign design;
   design.parameters = with_plant(plant, requirements, present, design.notes);
-  const SpeedLoopDemand demand{operating_points(plant, to_double(present.motor.bandwidth_rad_s)), plant.noise(),
-                               requirements.least,
-                               requirements.max_torque_noise_nm.value_or(kUsualNoiseShare * peak_torque_nm(present))};
+  SpeedLoopDemand demand{operating_points(plant, to_double(present.motor.bandwidth_rad_s)),
+                         plant.noise(),
+                         requirements.least,
+                         requirements.max_torque_noise_nm.value_or(kUsualNoiseShare * peak_torque_nm(present)),
+                         requirements.disturbance ? requirements.disturbance : plant.disturbance,
+                         requirements.least_rate_error};
+  if (requirements.least_rate_error && !demand.disturbance) {
+    throw GainDesignError(
+        "the least rate error needs a disturbance, and the identification found none; give its rms and its corner "
+        "frequency");
+  }
+  if (demand.for_least_error) {
+    demand.machines = with_other_inertia(demand.machines);
+  }
   design_speed_loop(plant, requirements, demand, design.parameters, design.notes);
   predict(demand, design);
   design_outer_loops(plant, requirements, demand, design);

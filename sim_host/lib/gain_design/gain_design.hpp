@@ -5,8 +5,10 @@
 // observer's bandwidth is lowered, then the PI's natural frequency together with it, until the loop meets the required
 // margins and torque noise, sliding and in pre-sliding. Values that are not required are chosen as high as these allow:
 // of PI and observer the pair with the largest w^2 q, by which the loop divides slow disturbances (w: natural frequency
-// of the PI, q: bandwidth of the observer). Where the search and not the requirement decides, half a decibel and 2
-// degrees are kept in reserve, because a measured margin scatters by as much.
+// of the PI, q: bandwidth of the observer). With `least_rate_error`, a known disturbance and neither PI nor observer
+// required, PI with its damping, observer and fusion crossover are those with the least predicted rate error, and the
+// margins hold also with 30 % less and more inertia. Where the search and not the requirement decides, half a decibel
+// and 2 degrees are kept in reserve, because a measured margin scatters by as much.
 //
 // The inertia is taken as constant. Where it varies (azimuth towards the zenith), identify and design where it is
 // largest and check the stability where it is smallest.
@@ -27,9 +29,11 @@ namespace trackservo::gain_design {
 struct GainRequirements {
   std::optional<double> speed_loop_bandwidth_hz;             // of PI alone with set-point weight 1, sliding
   std::optional<double> speed_loop_natural_frequency_rad_s;  // the same in another form; at most one of the two
-  double speed_loop_damping = 1.0;
+  std::optional<double> speed_loop_damping;
   double setpoint_weight = 0.8;
   std::optional<double> observer_bandwidth_hz;
+  std::optional<Disturbance> disturbance;  // absent: that of the identification
+  bool least_rate_error = false;           // with this disturbance; otherwise as fast as possible
   MinMargins least;
   std::optional<double> max_torque_noise_nm;    // rms at standstill; absent: 1 % of the motor's peak torque
   std::optional<double> tracking_bandwidth_hz;  // PI kind: closed loop at -3 dB; predictive kind: crossover
@@ -43,6 +47,7 @@ struct GainDesign {
   double speed_loop_bandwidth_hz = 0.0;  // of PI alone with set-point weight 1, sliding: the meaning of the requirement
   double bandwidth_hz = 0.0;             // of the whole speed loop, observer included, with set-point weight 1
   double torque_noise_nm = 0.0;          // rms, from the sensors, the larger one of sliding and standstill
+  std::optional<RateError> rate_error;   // sliding; if the disturbance is known
   FrequencyResponse loop_gain;           // sliding
   std::vector<std::string> notes;        // what was lowered, chosen or omitted, and why
 };

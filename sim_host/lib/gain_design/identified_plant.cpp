@@ -21,6 +21,7 @@ LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_r
   m.gyro_latency_s = plant.gyro.latency_s;
   m.gyro_bandwidth_rad_s = 2.0 * M_PI * plant.gyro.bandwidth_hz;
   m.gyro_below_joint = plant.gyro.below_joint;
+  m.gyro_on_payload = plant.gyro.on_payload && !plant.modes.empty();
   return m;
 }
 
@@ -35,6 +36,17 @@ std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double
       for (StructuralMode& mode : machines.back().modes) {
         mode.frequency_rad_s *= factor;
       }
+    }
+  }
+  return machines;
+}
+
+std::vector<LinearMachine> with_other_inertia(std::vector<LinearMachine> machines) {
+  const std::size_t count = machines.size();
+  for (const double factor : {1.0 - kInertiaSpread, 1.0 + kInertiaSpread}) {
+    for (std::size_t i = 0; i < count; ++i) {
+      machines.push_back(machines[i]);
+      machines.back().inertia_kg_m2 *= factor;
     }
   }
   return machines;

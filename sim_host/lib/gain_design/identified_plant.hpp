@@ -3,9 +3,11 @@
 #ifndef TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP
 #define TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP
 
+#include <optional>
 #include <vector>
 
 #include "gain_design/loop_gain.hpp"
+#include "gain_design/rate_error.hpp"
 
 namespace trackservo::gain_design {
 
@@ -24,6 +26,7 @@ constexpr double kAssumedGyroBandwidth_hz = 440.0;
 constexpr double kAssumedGyroLatency_s = 200e-6;  // only when no gyro was recorded
 
 constexpr double kResonanceSpread = 0.05;
+constexpr double kInertiaSpread = 0.3;
 
 struct EncoderFacts {
   double latency_s = 0.0;  // from the joint's angle to the tick's sample of it, averaging included
@@ -35,6 +38,7 @@ struct GyroFacts {
   double bandwidth_hz = kAssumedGyroBandwidth_hz;  // of a first-order low-pass
   double noise_rad_s = 0.0;                        // rms of a tick's rate
   bool below_joint = false;                        // what it shows of the joint's motion comes from the encoder
+  bool on_payload = false;                         // behind the spring of the only mode
 };
 
 struct IdentifiedPlant {
@@ -43,6 +47,7 @@ struct IdentifiedPlant {
   std::vector<StructuralMode> modes;
   EncoderFacts encoder;
   GyroFacts gyro;
+  std::optional<Disturbance> disturbance;  // during the identification
 
   SensorNoise noise() const { return {encoder.noise_rad, gyro.noise_rad_s}; }
 };
@@ -54,6 +59,9 @@ LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_r
 // Returns the operating points for which a speed loop must be good: sliding, pre-sliding, and with resonances both
 // again with all of them kResonanceSpread lower and higher: a resonance moves with load and temperature.
 std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double current_loop_rad_s);
+
+// Returns these machines, and behind them all of them again with kInertiaSpread less and more inertia than is known.
+std::vector<LinearMachine> with_other_inertia(std::vector<LinearMachine> machines);
 
 // Writes the friction into the device's parameters, object 0x2030.
 void set_friction(axis_parameters& parameters, const lugre_params& friction);

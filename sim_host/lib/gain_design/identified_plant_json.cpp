@@ -90,6 +90,22 @@ StructuralMode mode(const InputFile& file, std::size_t index) {
           number_at(file, path + "share")};
 }
 
+// Absent in results of before 2026-12 that were written by hand, and where the residuals are no slow torque.
+std::optional<Disturbance> disturbance(const InputFile& file) {
+  const nlohmann::json noise = file.json.value("noise", nlohmann::json::object());
+  if (!noise.contains("autoregression")) {
+    return std::nullopt;
+  }
+  ResidualNoise residuals{number_at(file, "noise/step_s"), number_at(file, "noise/innovation_nm"), {}};
+  for (std::size_t lag = 0; lag < noise["autoregression"].size(); ++lag) {
+    residuals.autoregression.push_back(number_at(file, fmt::format("noise/autoregression/{}", lag)));
+  }
+  if (residuals.step_s <= 0.0 || residuals.innovation_nm <= 0.0) {
+    throw file.error("\"noise\" has a step or an innovation that is not above 0; run identify fit again");
+  }
+  return slow_disturbance(residuals);
+}
+
 IdentifiedPlant plant_from(const InputFile& file) {
   check_format(file);
   std::vector<std::string> names{"inertia", "stiffness", "damping"};
@@ -114,6 +130,7 @@ IdentifiedPlant plant_from(const InputFile& file) {
   for (std::size_t i = 0; i < modes; ++i) {
     plant.modes.push_back(mode(file, i));
   }
+  plant.disturbance = disturbance(file);
   return plant;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gain_design/loop_gain.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "units.hpp"
@@ -14,13 +15,17 @@ static_assert(static_cast<float>(kTick_s) == SERVO_TICK_S);
 Complex delay(Complex s, double seconds) { return std::exp(-s * seconds); }
 Complex low_pass(Complex s, double bandwidth_rad_s) { return 1.0 / (1.0 + s / bandwidth_rad_s); }
 
-// Torque command (a number that changes once per tick) to joint rate.
-Complex plant(const LinearMachine& m, Complex s) {
-  const Complex hold = (1.0 - std::exp(-s * kTick_s)) / (s * kTick_s);
+// Torque on the axis to joint rate.
+Complex mechanics(const LinearMachine& m, Complex s) {
   const Complex damping = m.viscous_nm_s_rad + m.bristle_damping_nm_s_rad;
   const Complex free = m.modes.empty() ? m.inertia_kg_m2 * s : m.inertia_kg_m2 * s / structural_factor(m.modes, s);
-  const Complex mechanics = 1.0 / (free + damping + m.bristle_stiffness_nm_rad / s);
-  return hold * delay(s, m.actuation_delay_s) * low_pass(s, m.current_loop_rad_s) * mechanics;
+  return 1.0 / (free + damping + m.bristle_stiffness_nm_rad / s);
+}
+
+// Torque command (a number that changes once per tick) to torque on the axis.
+Complex actuation(const LinearMachine& m, Complex s) {
+  const Complex hold = (1.0 - std::exp(-s * kTick_s)) / (s * kTick_s);
+  return hold * delay(s, m.actuation_delay_s) * low_pass(s, m.current_loop_rad_s);
 }
 
 Complex biquad(const biquad_params& p, Complex z_inverse) {
@@ -64,14 +69,6 @@ SensorWeights sensor_weights(const speed_loop_params& p, Complex z_inverse) {
   }
 }
 
-// Joint rate to the feedback of the controller, with the base at rest.
-Complex sensor(const LinearMachine& m, const speed_loop_params& p, Complex s, Complex z_inverse) {
-  const SensorWeights weights = sensor_weights(p, z_inverse);
-  const Complex joint = slope_estimator(p.rate_estimator, z_inverse) / s * delay(s, m.encoder_latency_s);
-  const Complex gyro = m.gyro_below_joint ? joint : delay(s, m.gyro_latency_s) * low_pass(s, m.gyro_bandwidth_rad_s);
-  return weights.joint * joint + weights.gyro * gyro;
-}
-
 struct ControllerResponse {
   Complex forward;   // set-point to torque
   Complex feedback;  // measured rate to minus torque
@@ -98,12 +95,39 @@ ControllerResponse controller(const speed_loop_params& p, Complex z_inverse, dou
 
 }  // namespace
 
-std::vector<double> log_space(double first_hz, double last_hz, int count) {
-  std::vector<double> points;
-  points.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    points.push_back(first_hz * std::pow(last_hz / first_hz, static_cast<double>(i) / (count - 1)));
+LoopTransfers loop_transfers(const LinearMachine& machine, const speed_loop_params& params, double frequency_hz,
+                             double setpoint_weight) {
+  const Complex s(0.0, 2.0 * M_PI * frequency_hz);
+  const Complex z_inverse = std::exp(-s * kTick_s);
+  const SensorWeights weights = sensor_weights(params, z_inverse);
+  const ControllerResponse c = controller(params, z_inverse, setpoint_weight);
+  LoopTransfers at;
+  at.mechanics = mechanics(machine, s);
+  at.drive = actuation(machine, s) * at.mechanics;
+  at.angle = weights.joint * slope_estimator(params.rate_estimator, z_inverse);
+  at.gyro = weights.gyro;
+  const Complex joint = slope_estimator(params.rate_estimator, z_inverse) / s * delay(s, machine.encoder_latency_s);
+  const Complex gyro = machine.gyro_below_joint
+                           ? joint
+                           : delay(s, machine.gyro_latency_s) * low_pass(s, machine.gyro_bandwidth_rad_s) *
+                                 (machine.gyro_on_payload ? payload_factor(machine.modes.front(), s) : 1.0);
+  at.sensor = weights.joint * joint + weights.gyro * gyro;
+  at.forward = c.forward;
+  at.feedback = c.feedback;
+  return at;
+}
+
+std::vector<double> log_space_with_modes(const LinearMachine& machine, double first_hz, double last_hz, int count) {
+  constexpr int kPerMode = 400;
+  std::vector<double> points = log_space(first_hz, last_hz, count);
+  for (const StructuralMode& mode : machine.modes) {
+    const double resonance_hz = mode.frequency_rad_s / (2.0 * M_PI);
+    const double from_hz = 0.8 * resonance_hz / std::sqrt(1.0 + std::max(mode.share, 0.0));
+    const std::vector<double> close = log_space(from_hz, std::min(1.2 * resonance_hz, last_hz), kPerMode);
+    points.insert(points.end(), close.begin(), close.end());
   }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
 }
 
@@ -112,21 +136,15 @@ FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_l
   FrequencyResponse response{frequency_hz, {}};
   response.loop_gain.reserve(frequency_hz.size());
   for (const double f_hz : frequency_hz) {
-    const Complex s(0.0, 2.0 * M_PI * f_hz);
-    const Complex z_inverse = std::exp(-s * kTick_s);
-    response.loop_gain.push_back(plant(machine, s) * sensor(machine, params, s, z_inverse) *
-                                 controller(params, z_inverse, 1.0).feedback);
+    response.loop_gain.push_back(loop_transfers(machine, params, f_hz).loop_gain());
   }
   return response;
 }
 
 std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                       double frequency_hz, double setpoint_weight) {
-  const Complex s(0.0, 2.0 * M_PI * frequency_hz);
-  const Complex z_inverse = std::exp(-s * kTick_s);
-  const ControllerResponse c = controller(params, z_inverse, setpoint_weight);
-  const Complex drive = plant(machine, s);
-  return drive * c.forward / (1.0 + drive * sensor(machine, params, s, z_inverse) * c.feedback);
+  const LoopTransfers at = loop_transfers(machine, params, frequency_hz, setpoint_weight);
+  return at.drive * at.forward / (1.0 + at.loop_gain());
 }
 
 double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params) {
@@ -138,21 +156,6 @@ double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_p
     bandwidth_hz = f_hz;
   }
   return bandwidth_hz;
-}
-
-double torque_noise_nm(const LinearMachine& machine, const speed_loop_params& params, const SensorNoise& noise) {
-  constexpr int kLines = 500;
-  double sum = 0.0;
-  for (int line = 0; line < kLines; ++line) {
-    const Complex s(0.0, M_PI / kTick_s * (line + 0.5) / kLines);
-    const Complex z_inverse = std::exp(-s * kTick_s);
-    const SensorWeights weights = sensor_weights(params, z_inverse);
-    const Complex feedback = controller(params, z_inverse, 1.0).feedback;
-    const Complex loop = plant(machine, s) * sensor(machine, params, s, z_inverse) * feedback;
-    const Complex angle = weights.joint * slope_estimator(params.rate_estimator, z_inverse) * noise.angle_rad;
-    sum += (std::norm(angle) + std::norm(weights.gyro * noise.gyro_rad_s)) * std::norm(feedback / (1.0 + loop));
-  }
-  return std::sqrt(sum / kLines);
 }
 
 }  // namespace trackservo::gain_design

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "gain_design/firmware.hpp"
+#include "gain_design/log_space.hpp"
 #include "identification/structural_mode.hpp"
 
 namespace trackservo::gain_design {
@@ -31,15 +32,33 @@ struct LinearMachine {
   double gyro_latency_s = 0.0;
   double gyro_bandwidth_rad_s = 1e4;  // first-order
   bool gyro_below_joint = false;      // it does not see the joint's motion, which comes from the encoder then
+  bool gyro_on_payload = false;       // it is behind the spring of the first mode
 };
+
+// The transfers of the loop at one frequency, with the base at rest.
+struct LoopTransfers {
+  std::complex<double> mechanics;  // torque on the axis to joint rate
+  std::complex<double> drive;      // torque command to joint rate
+  std::complex<double> angle;      // the encoder's reading to the feedback of the controller
+  std::complex<double> gyro;       // the gyro's reading to the feedback
+  std::complex<double> sensor;     // joint rate to the feedback, by both
+  std::complex<double> forward;    // set-point to torque command
+  std::complex<double> feedback;   // feedback to minus the torque command
+
+  std::complex<double> loop_gain() const { return drive * sensor * feedback; }
+};
+
+LoopTransfers loop_transfers(const LinearMachine& machine, const speed_loop_params& params, double frequency_hz,
+                             double setpoint_weight = 1.0);
 
 struct FrequencyResponse {
   std::vector<double> frequency_hz;
   std::vector<std::complex<double>> loop_gain;  // L, negative feedback: instability at L = -1
 };
 
-// Returns `count` frequencies, logarithmically spaced.
-std::vector<double> log_space(double first_hz, double last_hz, int count);
+// Returns frequencies as log_space does, with more of them from the antiresonance to beyond the resonance of every
+// mode, where the loop gain turns within a few tenths of a hertz.
+std::vector<double> log_space_with_modes(const LinearMachine& machine, double first_hz, double last_hz, int count);
 
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz);
@@ -51,16 +70,6 @@ std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_
 // Returns the bandwidth of the closed-loop set-point response with set-point weight 1 (the usual meaning of "speed-loop
 // bandwidth"): the highest frequency below which it stays above -3 dB, in Hz.
 double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params);
-
-// Noise of the sensors: white from tick to tick.
-struct SensorNoise {
-  double angle_rad = 0.0;   // rms of the encoder's reading
-  double gyro_rad_s = 0.0;  // rms of the gyro's reading
-};
-
-// Returns the rms of the torque command that the sensors' noise causes in the closed loop [Nm], up to half the tick's
-// rate.
-double torque_noise_nm(const LinearMachine& machine, const speed_loop_params& params, const SensorNoise& noise);
 
 }  // namespace trackservo::gain_design
 

@@ -15,24 +15,8 @@ using Complex = std::complex<double>;
 // Where a straight line from (x0, y0) to (x1, y1) meets y = 0.
 double crossing(double x0, double y0, double x1, double y1) { return x0 + (x1 - x0) * y0 / (y0 - y1); }
 
-// Logarithmically spaced, and closer from the antiresonance to beyond the resonance of every mode, where the loop gain
-// turns within a few tenths of a hertz.
-std::vector<double> frequencies_hz(const LinearMachine& machine, double first_hz, double last_hz, int count) {
-  constexpr int kPerMode = 400;
-  std::vector<double> points = log_space(first_hz, last_hz, count);
-  for (const StructuralMode& mode : machine.modes) {
-    const double resonance_hz = mode.frequency_rad_s / (2.0 * M_PI);
-    const double from_hz = 0.8 * resonance_hz / std::sqrt(1.0 + std::max(mode.share, 0.0));
-    const std::vector<double> close = log_space(from_hz, std::min(1.2 * resonance_hz, last_hz), kPerMode);
-    points.insert(points.end(), close.begin(), close.end());
-  }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
-}
-
 Margins margins_on(const LinearMachine& machine, const speed_loop_params& loop) {
-  return margins_of(computed_loop_gain(machine, loop, frequencies_hz(machine, 0.05, 450.0, 1200)));
+  return margins_of(computed_loop_gain(machine, loop, log_space_with_modes(machine, 0.05, 450.0, 1200)));
 }
 
 }  // namespace
@@ -104,7 +88,8 @@ bool is_stable_in_closed_loop(const FrequencyResponse& response) {
 bool is_stable(const std::vector<LinearMachine>& machines, const speed_loop_params& loop) {
   return std::all_of(machines.begin(), machines.end(), [&](const LinearMachine& machine) {
     // From below any bandwidth that may be required, up to half the tick's rate.
-    return is_stable_in_closed_loop(computed_loop_gain(machine, loop, frequencies_hz(machine, 1e-4, 499.0, 1000)));
+    return is_stable_in_closed_loop(
+        computed_loop_gain(machine, loop, log_space_with_modes(machine, 1e-4, 499.0, 1000)));
   });
 }
 

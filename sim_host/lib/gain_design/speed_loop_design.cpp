@@ -24,7 +24,8 @@ struct FilterChoice {
 struct SpeedLoopChoice {
   FilterChoice filters;
   SpeedLoopRequirement requirement;  // with these filters a requirement in Hz is another natural frequency
-  SpeedLoopPair pair;
+  SpeedLoopGains gains;
+  double merit = 0.0;  // SpeedLoopSearch::merit
 };
 
 axis_parameters with_filters(axis_parameters parameters, const FilterChoice& filters) {
@@ -44,8 +45,8 @@ SpeedLoopRequirement requirement_with(const GainRequirements& requirements, cons
   SpeedLoopRequirement requirement;
   requirement.natural_rad_s = requirements.speed_loop_natural_frequency_rad_s;
   if (requirements.speed_loop_bandwidth_hz) {
-    requirement.natural_rad_s =
-        natural_frequency_rad_s(sliding, loop, *requirements.speed_loop_bandwidth_hz, requirements.speed_loop_damping);
+    requirement.natural_rad_s = natural_frequency_rad_s(sliding, loop, *requirements.speed_loop_bandwidth_hz,
+                                                        requirements.speed_loop_damping.value_or(1.0));
   }
   if (requirements.observer_bandwidth_hz) {
     requirement.observer_rad_s = *requirements.observer_bandwidth_hz / kHzPerRad_s;
@@ -56,8 +57,8 @@ SpeedLoopRequirement requirement_with(const GainRequirements& requirements, cons
 
 bool is_required(const SpeedLoopChoice& choice) {
   const auto kept = [](const std::optional<double>& required, double got) { return !required || *required == got; };
-  return kept(choice.requirement.natural_rad_s, choice.pair.natural_rad_s) &&
-         kept(choice.requirement.observer_rad_s, choice.pair.observer_rad_s);
+  return kept(choice.requirement.natural_rad_s, choice.gains.natural_rad_s) &&
+         kept(choice.requirement.observer_rad_s, choice.gains.observer_rad_s);
 }
 
 // Tries filters from none to many; more filters must bring a tenth more rejection.
@@ -91,9 +92,12 @@ class FilterSearch {
     const speed_loop_params loop = built(with_filters(parameters_, filters)).speed;
     const SpeedLoopRequirement requirement = requirement_with(requirements_, demand_.machines.front(), loop);
     const SpeedLoopSearch search(demand_, loop, requirement);
-    const SpeedLoopPair pair =
-        slowest ? search.slowest() : SpeedLoopPair{*requirement.natural_rad_s, *requirement.observer_rad_s};
-    const SpeedLoopVerdict verdict = search.judge(pair);
+    SpeedLoopGains gains = search.slowest();
+    if (!slowest) {
+      gains.natural_rad_s = *requirement.natural_rad_s;
+      gains.observer_rad_s = *requirement.observer_rad_s;
+    }
+    const SpeedLoopVerdict verdict = search.judge(gains);
     if (!verdict.stable) {
       return "the loop is unstable";
     }
@@ -115,16 +119,17 @@ class FilterSearch {
     if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
       return;  // the resonance is outside the range of the firmware's notch
     }
-    SpeedLoopChoice choice{filters, requirement_with(requirements_, demand_.machines.front(), device.speed), {}};
+    SpeedLoopChoice choice{filters, requirement_with(requirements_, demand_.machines.front(), device.speed), {}, 0.0};
     SpeedLoopSearch search(demand_, device.speed, choice.requirement);
-    const std::optional<SpeedLoopPair> pair = search.best();
+    const std::optional<SpeedLoopGains> gains = search.best();
     noise_refused_ = noise_refused_ || search.noise_refused();
-    if (!pair) {
+    if (!gains) {
       return;
     }
-    choice.pair = *pair;
+    choice.gains = *gains;
+    choice.merit = search.merit(*gains);
     if (!best_ || is_required(choice) > is_required(*best_) ||
-        (is_required(choice) == is_required(*best_) && rejection(*pair) > rejection(best_->pair) + kWorthwhile)) {
+        (is_required(choice) == is_required(*best_) && choice.merit > best_->merit + kWorthwhile)) {
       best_ = choice;
     }
   }
@@ -168,11 +173,13 @@ void note_filters(const IdentifiedPlant& plant, const SpeedLoopChoice& choice, s
   }
 }
 
-void note_observer(const SpeedLoopChoice& choice, std::vector<std::string>& notes) {
-  const double got_hz = choice.pair.observer_rad_s * kHzPerRad_s;
-  if (!choice.requirement.observer_rad_s) {
+void note_observer(const SpeedLoopDemand& demand, const SpeedLoopChoice& choice, std::vector<std::string>& notes) {
+  const double got_hz = choice.gains.observer_rad_s * kHzPerRad_s;
+  if (!choice.requirement.observer_rad_s && demand.for_least_error) {
+    notes.push_back(fmt::format("Observer: {:.3g} Hz.", got_hz));
+  } else if (!choice.requirement.observer_rad_s) {
     notes.push_back(fmt::format("Observer: {:.3g} Hz, the highest that margins and torque noise allow.", got_hz));
-  } else if (*choice.requirement.observer_rad_s != choice.pair.observer_rad_s) {
+  } else if (*choice.requirement.observer_rad_s != choice.gains.observer_rad_s) {
     notes.push_back(fmt::format("Observer lowered from {:.3g} Hz to {:.3g} Hz.",
                                 *choice.requirement.observer_rad_s * kHzPerRad_s, got_hz));
   }
@@ -180,13 +187,19 @@ void note_observer(const SpeedLoopChoice& choice, std::vector<std::string>& note
 
 void note_pi(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopChoice& choice,
              const GainRequirements& requirements, std::vector<std::string>& notes) {
-  const double got_hz = bandwidth_of(demand, loop, choice.pair.natural_rad_s, requirements.speed_loop_damping);
-  if (!choice.requirement.natural_rad_s) {
+  const double got_hz = bandwidth_of(demand, loop, choice.gains.natural_rad_s, choice.gains.damping);
+  if (!choice.requirement.natural_rad_s && !choice.requirement.observer_rad_s && demand.for_least_error) {
+    notes.push_back(fmt::format(
+        "Speed loop with PI alone: {:.3g} Hz with damping {:.2g}; fusion crossover {:.3g} Hz. PI, observer and "
+        "crossover "
+        "have the least rate error that margins and torque noise allow, also with 30 % less and more inertia.",
+        got_hz, choice.gains.damping, choice.gains.crossover_rad_s * kHzPerRad_s));
+  } else if (!choice.requirement.natural_rad_s) {
     notes.push_back(
         fmt::format("Speed loop with PI alone: {:.3g} Hz, the highest that margins and torque noise allow.", got_hz));
-  } else if (*choice.requirement.natural_rad_s != choice.pair.natural_rad_s) {
+  } else if (*choice.requirement.natural_rad_s != choice.gains.natural_rad_s) {
     const double required_hz = requirements.speed_loop_bandwidth_hz.value_or(
-        bandwidth_of(demand, loop, *choice.requirement.natural_rad_s, requirements.speed_loop_damping));
+        bandwidth_of(demand, loop, *choice.requirement.natural_rad_s, choice.gains.damping));
     notes.push_back(fmt::format("Speed loop with PI alone lowered from {:.3g} Hz to {:.3g} Hz.", required_hz, got_hz));
   }
 }
@@ -213,13 +226,14 @@ void design_speed_loop(const IdentifiedPlant& plant, const GainRequirements& req
                     search.error({}, true)));
   }
   parameters = with_filters(parameters, choice->filters);
-  const PiRequirement pi{choice->pair.natural_rad_s, requirements.speed_loop_damping, requirements.setpoint_weight};
+  const PiRequirement pi{choice->gains.natural_rad_s, choice->gains.damping, requirements.setpoint_weight};
   set_pi(parameters, pi_params(pi, plant.inertia_kg_m2));
-  parameters.observer.bandwidth_rad_s = static_cast<float>(choice->pair.observer_rad_s);
+  parameters.observer.bandwidth_rad_s = static_cast<float>(choice->gains.observer_rad_s);
+  parameters.sensors.crossover_rad_s = static_cast<float>(choice->gains.crossover_rad_s);
   note_filters(plant, *choice, notes);
   const speed_loop_params loop = built(parameters).speed;
   note_pi(demand, loop, *choice, requirements, notes);
-  note_observer(*choice, notes);
+  note_observer(demand, *choice, notes);
   if (search.noise_refused()) {
     notes.push_back(
         fmt::format("A faster loop, or one with fewer filters, keeps the margins but has more torque noise "

@@ -30,6 +30,14 @@ inline std::complex<double> structural_factor(const std::vector<StructuralMode>&
   return factor;
 }
 
+// Returns the rate behind the spring over the joint rate, for an encoder on the motor's side. The antiresonance of the
+// joint is the resonance of what is behind it.
+inline std::complex<double> payload_factor(const StructuralMode& mode, std::complex<double> s) {
+  const double w2 = mode.frequency_rad_s * mode.frequency_rad_s / (1.0 + mode.share);
+  const std::complex<double> spring = 2.0 * mode.damping / mode.frequency_rad_s * w2 * s + w2;
+  return spring / (s * s + spring);
+}
+
 // Returns the height of the mode above the rigid body at its resonance; 1 is none.
 inline double relative_height(const StructuralMode& mode) {
   return std::abs(std::complex<double>(1.0, 0.5 * mode.share / mode.damping));

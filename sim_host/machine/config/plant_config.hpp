@@ -106,11 +106,17 @@ struct HoldingBrakeConfig {
   double release_s = 0;  // from switching on the coil's current to the joint being free
 };
 
-// A part of the inertia behind a spring; everything else of the axis is before it.
+// Where something of an axis with a structure is: before its spring or behind.
+enum class StructureSide { kJoint = 0, kPayload = 1 };
+
+// A part of the inertia behind a spring; motor, seal, cable, imbalance and encoder are before it.
 struct StructureConfig {
-  double frequency_hz = 100;   // of the free axis, at pitch 0
-  double damping = 0.02;       // ratio
-  double inertia_share = 0.1;  // of the axis' inertia, behind the spring
+  double frequency_hz = 100;                     // of the free axis, at pitch 0
+  double damping = 0.02;                         // ratio
+  double inertia_share = 0.1;                    // of the axis' inertia, behind the spring
+  double backlash_rad = 0;                       // from one end of the play to the other
+  StructureSide optics = StructureSide::kJoint;  // gyro and camera
+  StructureSide wind = StructureSide::kJoint;
 };
 
 struct BaseSwayConfig {

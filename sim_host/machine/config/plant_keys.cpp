@@ -296,6 +296,13 @@ const Keys<StructureConfig>& structure_keys() {
       number("damping", unit::kNone, {0.001, 1}, &Config::damping, "damping ratio of that resonance"),
       number("inertia_share", unit::kNone, {0.001, 0.9}, &Config::inertia_share,
              "share of the axis' inertia behind the spring"),
+      number("backlash_urad", unit::kMicroradian, {0, 1e5}, &Config::backlash_rad,
+             "play in series with the spring, from one end to the other")
+          .or_else(0),
+      choice("optics", {"joint", "payload"}, &Config::optics,
+             "side of the spring on which gyro and camera are: the joint's, or the payload behind it")
+          .or_else(0),
+      choice("wind", {"joint", "payload"}, &Config::wind, "side of the spring on which the wind acts").or_else(0),
   };
   return keys;
 }
@@ -380,8 +387,8 @@ std::string plant_keys_markdown() {
        "`sim_host serve` starts with its times in 2060:24 and 2060:25.",
        texts_of(holding_brake_keys())},
       {"[azimuth.structure], [pitch.structure]",
-       "Optional; without it the axis is rigid. Part of the inertia is connected by a spring. Motor, seal, loads, "
-       "encoder and gyro are on the joint's side of the spring.",
+       "Optional; without it the axis is rigid. Part of the inertia is connected by a spring. Motor, seal, cable, "
+       "imbalance and encoder are on the joint's side of the spring.",
        texts_of(structure_keys())},
       {"[azimuth.base_sway], [pitch.base_sway]", "Optional; without it the base does not move.",
        texts_of(base_sway_keys())},

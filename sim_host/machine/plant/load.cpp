@@ -15,14 +15,15 @@ ExternalLoad::ExternalLoad(const LoadConfig& config, std::uint64_t seed, int axi
 LoadOfTick<double> ExternalLoad::begin_tick() {
   LoadOfTick<double> tick;
   tick.cable_stiffness_nm_rad = config_.cable_stiffness_nm_rad;
-  tick.start_nm = config_.wind_mean_nm - config_.cable_stiffness_nm_rad * config_.cable_neutral_rad + gust_nm_;
+  tick.cable_nm = -config_.cable_stiffness_nm_rad * config_.cable_neutral_rad;
+  tick.wind_nm = config_.wind_mean_nm + gust_nm_;
   if (config_.wind_gust_rms_nm > 0.0) {
     const double next_nm = gust_.next()[0];
-    tick.change_nm = next_nm - gust_nm_;
+    tick.wind_change_nm = next_nm - gust_nm_;
     gust_nm_ = next_nm;
   }
   if (config_.broadband_rms_nm > 0.0) {
-    tick.start_nm += config_.broadband_rms_nm * broadband_.normal();
+    tick.wind_nm += config_.broadband_rms_nm * broadband_.normal();
   }
   return tick;
 }

@@ -19,14 +19,16 @@ namespace trackservo::sim {
 // Of one tick, linear over it.
 template <class Real>
 struct LoadOfTick {
-  Real start_nm{};
-  Real change_nm{};
+  Real wind_nm{};  // at its start
+  Real wind_change_nm{};
+  Real cable_nm{};  // at joint angle 0
   Real cable_stiffness_nm_rad{};
 
-  // Returns the load torque [Nm] at a fraction 0..1 of the tick and a joint angle [rad].
-  Real torque_nm(double tick_fraction, Real joint_angle_rad) const {
-    return start_nm + change_nm * tick_fraction + cable_stiffness_nm_rad * joint_angle_rad;
-  }
+  // Returns the torque of the wind, broad-band noise included [Nm], at a fraction 0..1 of the tick.
+  Real wind_torque_nm(double tick_fraction) const { return wind_nm + wind_change_nm * tick_fraction; }
+
+  // Returns the torque of the cable [Nm] at a joint angle [rad].
+  Real cable_torque_nm(Real joint_angle_rad) const { return cable_nm + cable_stiffness_nm_rad * joint_angle_rad; }
 };
 
 class ExternalLoad {

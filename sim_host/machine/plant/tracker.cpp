@@ -111,8 +111,8 @@ TruthState Tracker::truth() const {
     truth.joint_angle_rad[i] = joints_.angle_rad()[i];
     truth.joint_rate_rad_s[i] = joints_.rate_rad_s()[i];
     truth.base_rate_rad_s[i] = base_rate_rad_s_[i];
-    truth.inertial_angle_rad[i] = joints_.angle_rad()[i] + axis.base.angle_rad(tick_fraction_);
-    truth.inertial_rate_rad_s[i] = joints_.rate_rad_s()[i] + base_rate_rad_s_[i];
+    truth.inertial_angle_rad[i] = optics_angle_rad(i) + axis.base.angle_rad(tick_fraction_);
+    truth.inertial_rate_rad_s[i] = optics_rate_rad_s(i) + base_rate_rad_s_[i];
     truth.motor_torque_nm[i] = motor_nm_[i];
     truth.friction_torque_nm[i] = joints_.friction_torque_nm()[i];
     truth.load_torque_nm[i] = load_nm_[i];
@@ -181,8 +181,9 @@ void Tracker::begin_tick() {
   for (std::size_t i = 0; i < kAxes; ++i) {
     Axis& axis = axis_[i];
     const LoadOfTick<double> load = axis.load.begin_tick();
-    set_lane(load_.start_nm, i, load.start_nm);
-    set_lane(load_.change_nm, i, load.change_nm);
+    set_lane(load_.wind_nm, i, load.wind_nm);
+    set_lane(load_.wind_change_nm, i, load.wind_change_nm);
+    set_lane(load_.cable_nm, i, load.cable_nm);
     set_lane(load_.cable_stiffness_nm_rad, i, load.cable_stiffness_nm_rad);
     axis.base.begin_tick();
     set_lane(sway_.start_rad_s, i, axis.base.rate().start_rad_s);
@@ -293,8 +294,8 @@ void Tracker::step_joints() {
   motor_nm_ = motor_sum_nm_ * (1.0 / periods_);
   motor_sum_nm_ = Pair{};
   const Pair angle_rad = shape_angle_rad_ + step.travel_rad;
-  const Pair load_nm =
-      load_.torque_nm(step.middle, angle_rad) + gravity_nm(step.travel_rad) + step.coupling_nm - push_nm_;
+  const Pair wind_nm = load_.wind_torque_nm(step.middle);
+  Pair load_nm = wind_nm + load_.cable_torque_nm(angle_rad) + gravity_nm(step.travel_rad) + step.coupling_nm - push_nm_;
   const Pair base_drag_nm = step.drag_nm_s_rad * 0.5 * (base_rate_rad_s_ + step.base_end_rad_s);
   const Pair base_change_rad_s = step.base_end_rad_s - base_rate_rad_s_;
   Pair inertia_kg_m2 = step.inertia_kg_m2;
@@ -303,8 +304,10 @@ void Tracker::step_joints() {
   for (std::size_t i = 0; i < kAxes; ++i) {
     Axis& axis = axis_[i];
     if (axis.structure) {
+      const double behind_nm = axis.structure->is_in_the_wind() ? wind_nm[i] : 0.0;
+      load_nm[i] -= behind_nm;
       const Structure::Reaction reaction =
-          axis.structure->reaction(inertia_kg_m2[i], base_change_rad_s[i] * per_step_s_);
+          axis.structure->reaction(inertia_kg_m2[i], base_change_rad_s[i] * per_step_s_, behind_nm);
       structure_push_nm[i] = reaction.push_nm;
       structure_drag_nm_s_rad[i] = reaction.drag_nm_s_rad;
       inertia_kg_m2[i] *= 1.0 - axis.structure->share();
@@ -328,6 +331,18 @@ void Tracker::step_joints() {
   base_rate_rad_s_ = step.base_end_rad_s;
 }
 
+// Of gyro and camera, against the base: the joint's, or behind its spring.
+double Tracker::optics_angle_rad(std::size_t axis) const {
+  const std::optional<Structure>& structure = axis_[axis].structure;
+  const double twist_rad = structure && structure->carries_optics() ? structure->twist_rad() : 0.0;
+  return joints_.angle_rad()[axis] + twist_rad;
+}
+
+double Tracker::optics_rate_rad_s(std::size_t axis) const {
+  const std::optional<Structure>& structure = axis_[axis].structure;
+  return structure && structure->carries_optics() ? structure->rate_rad_s() : joints_.rate_rad_s()[axis];
+}
+
 // At a fraction 0..1 of the present tick. On a base that does not turn, mountings differ only by what the joints turn.
 std::array<double, kAxes> Tracker::sensed_rates(double u) const {
   Eigen::Vector3d base_rad_s = Eigen::Vector3d::Zero();
@@ -337,7 +352,7 @@ std::array<double, kAxes> Tracker::sensed_rates(double u) const {
   const std::array<double, kAxes> joint_rad{joints_.angle_rad()[kAzimuth], joints_.angle_rad()[kPitch]};
   std::array<double, kAxes> sensed{};
   for (std::size_t i = 0; i < kAxes; ++i) {
-    const double inertial_rad_s = joints_.rate_rad_s()[i] + base_rate_rad_s_[i];
+    const double inertial_rad_s = optics_rate_rad_s(i) + base_rate_rad_s_[i];
     double sensed_rad_s = inertial_rad_s;
     switch (gyro_mounting_[i]) {
       case GyroMounting::kLineOfSight:

@@ -121,6 +121,8 @@ class Tracker {
   void add_base_motion(Step& step) const;
   double base_rate_rad_s(std::size_t axis, const BaseState& base, double azimuth_rad, double u) const;
   void advance_sensors(double u);
+  double optics_angle_rad(std::size_t axis) const;
+  double optics_rate_rad_s(std::size_t axis) const;
   std::array<double, kAxes> sensed_rates(double u) const;
   BaseState base_state(double u) const;
   void step_motors(const std::array<double, kAxes>& duty);

@@ -20,9 +20,10 @@ namespace trackservo::sim {
 // State at the end of the last PWM period; torques are means over that period.
 struct TruthState {
   double time_s = 0;
-  std::array<double, kAxes> joint_angle_rad{};     // moving part relative to the base, not wrapped
-  std::array<double, kAxes> joint_rate_rad_s{};    // its rate, at the seal
-  std::array<double, kAxes> inertial_angle_rad{};  // line of sight = joint angle + sway; in the frame of `base`
+  std::array<double, kAxes> joint_angle_rad{};   // moving part relative to the base, not wrapped
+  std::array<double, kAxes> joint_rate_rad_s{};  // its rate, at the seal
+  std::array<double, kAxes>
+      inertial_angle_rad{};  // line of sight: of the optics, with the sway; in the frame of `base`
   std::array<double, kAxes> inertial_rate_rad_s{};
   std::array<double, kAxes> base_rate_rad_s{};
   std::array<double, kAxes> motor_torque_nm{};     // with ripple and cogging

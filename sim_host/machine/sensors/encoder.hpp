@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Absolute angle encoder of one joint.
 //
-//   reading = quantise(angle(t - latency) + e sin(angle + phase) + jitter), resolution 2^bits per turn
+//   reading = quantise(angle(t - latency) + e sin(angle + phase) + s sin(n angle) + jitter), resolution 2^bits per turn
 //   sample  = mean of the last `reads_per_tick` readings, one per PWM period
 //
-// e: eccentricity of the disc, one period per turn. The reading is 32 bits for one turn and wraps. An encoder of fewer
+// e: eccentricity of the disc, one period per turn. s: error within the n lines of the disc, which the encoder divides
+// by interpolation. The reading is 32 bits for one turn and wraps. An encoder of fewer
 // bits leaves the lower bits of a reading zero; the mean of several readings may use them.
 //
 // Use: advance() once per PWM period, sample() once per tick or read() at every reading.
@@ -24,6 +25,8 @@ struct EncoderConfig {
   double jitter_rms_rad = 0;
   double eccentricity_rad = 0;
   double eccentricity_phase_rad = 0;
+  double subdivision_error_rad = 0;
+  int lines_per_turn = 20000;
   double latency_s = 0;
   int reads_per_tick = 1;  // readings averaged per tick, those of the last PWM periods
 };
@@ -49,6 +52,9 @@ class Encoder {
  private:
   // Returns the reading for an angle of the disc.
   std::uint32_t reading(double shown_rad);
+
+  // Returns the error of the interpolation at an angle of the joint.
+  double subdivision_rad(double angle_rad) const;
 
   EncoderConfig config_;
   double counts_per_rad_;

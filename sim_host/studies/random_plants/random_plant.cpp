@@ -114,6 +114,11 @@ void vary(Draw& draw, AxisConfig& axis) {
   draw.vary("base_sway.damping", axis.base_sway.damping);
   vary(draw, axis.encoder);
   vary(draw, axis.gyro);
+  // Of later versions: drawn last, so that a seed still gives the numbers above.
+  draw.vary("encoder.subdivision_error_urad", axis.encoder.subdivision_error_rad);
+  if (axis.structure) {
+    draw.vary("structure.backlash_urad", axis.structure->backlash_rad);
+  }
 }
 
 void vary_shared(Draw& draw, PlantConfig& plant) {

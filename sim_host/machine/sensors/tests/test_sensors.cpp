@@ -57,6 +57,18 @@ void test_encoder_eccentricity_is_one_sine_per_turn() {
   }
 }
 
+void test_encoder_interpolation_errs_by_one_sine_per_line() {
+  EncoderConfig config;
+  config.resolution_bits = 32;
+  config.subdivision_error_rad = 0.2e-6;
+  config.lines_per_turn = 20000;
+  for (int i = 0; i < 36; ++i) {
+    const double angle = 1.0 + i * 10e-6;
+    const double read = reading_at(config, angle) * (2.0 * kPi / 4294967296.0);
+    CHECK_NEAR("error in rad", 0.2e-6 * std::sin(20000.0 * angle), std::remainder(read - angle, 2.0 * kPi), 2e-9);
+  }
+}
+
 void test_encoder_reads_the_angle_of_a_latency_ago() {
   EncoderConfig config;
   config.resolution_bits = 32;
@@ -259,6 +271,7 @@ int main() {
   RUN_TEST(test_encoder_rounds_to_its_own_bits_and_leaves_the_rest_zero);
   RUN_TEST(test_encoder_wraps_forwards_and_backwards);
   RUN_TEST(test_encoder_eccentricity_is_one_sine_per_turn);
+  RUN_TEST(test_encoder_interpolation_errs_by_one_sine_per_line);
   RUN_TEST(test_encoder_reads_the_angle_of_a_latency_ago);
   RUN_TEST(test_encoder_jitter_has_its_rms);
   RUN_TEST(test_encoder_reads_per_tick_divide_the_variance_and_add_no_bias);

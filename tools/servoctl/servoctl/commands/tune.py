@@ -43,6 +43,12 @@ RATIO = Quantity("", above=0.0)
 @click.option("--damping", type=RATIO, help="Damping of the speed loop.")
 @click.option("--setpoint-weight", type=Quantity("", low=0.0, high=1.0), help="Set-point weight.")
 @click.option("--observer-hz", type=FREQUENCY, help="Bandwidth of the disturbance observer.")
+@click.option(
+    "--least-error", is_flag=True, default=None,
+    help="PI, observer and fusion crossover together, for the least rate error; otherwise as fast as possible.",
+)  # fmt: skip
+@click.option("--disturbance-nm", type=Quantity("N m", above=0.0), help="Slow torque from outside, such as wind, rms (default: as identified).")
+@click.option("--disturbance-hz", type=FREQUENCY, help="Corner frequency of this torque.")
 @click.option("--gain-margin-db", type=Quantity("dB", above=0.0), help="Minimum gain margin.")
 @click.option("--phase-margin-deg", type=Quantity("deg", above=0.0), help="Minimum phase margin.")
 @click.option(

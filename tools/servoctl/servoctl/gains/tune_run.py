@@ -21,7 +21,7 @@ from ..identify.identify_program import IdentifyProgram
 from ..link.device import Device
 from ..motion.limits import Limits, Plan, allowed_travel
 from ..objects.parameter import AXES, AXIS_SHIFT, PLANT_OBJECT, Parameter, Value
-from ..units import radians
+from ..units import degrees, radians
 from .gain_design import DESIGN_FILES, Design, Verdict, design_gains, judge, parameters_of
 from .gain_set import about, of_axis, read_values
 from .gains_file import write_gains
@@ -42,6 +42,9 @@ REQUIREMENT_KEYS = {
     "damping": "speed_loop_damping",
     "setpoint_weight": "setpoint_weight",
     "observer_hz": "observer_bandwidth_hz",
+    "least_error": "least_rate_error",
+    "disturbance_nm": "disturbance_rms_nm",
+    "disturbance_hz": "disturbance_corner_hz",
     "gain_margin_db": "least_gain_margin_db",
     "phase_margin_deg": "least_phase_margin_deg",
     "torque_noise_nm": "most_torque_noise_nm",
@@ -120,7 +123,9 @@ def predicted_text(design: Design) -> str:
             flat += [(f"{group} {name}", value) for name, value in rows.items()]
     for name, value in flat:
         ending = next((e for e in units if name.endswith(e)), "")
-        if isinstance(value, int | float):
+        if name.endswith("_rad_s"):
+            parts.append(f"{name.removesuffix('_rad_s').replace('_', ' ')} {degrees(value):.3g} °/s")
+        elif isinstance(value, int | float):
             parts.append(f"{name.removesuffix(ending).replace('_', ' ')} {value:.3g} {units.get(ending, '')}".rstrip())
     return ", ".join(parts)
 
