@@ -546,7 +546,7 @@ std::vector<FaultInjection> witnesses() {
       // In a reversal the axis is slow for a while, and a reading that is one tick old differs little: 128 ms measured.
       witness("encoder one tick old in 10 % of the ticks", FAULT_ENCODER_ERRATIC, encoder_faults, 150,
               Detection::kAlways, parts([](BrokenAxis& b) { b.encoder_stale_share = kSeldom; }), turns),
-      witness("encoder bit 10 wrong in 10 % of the ticks", FAULT_ENCODER_ERRATIC, encoder_faults, 100,
+      witness("encoder bit 10 wrong in 10 % of the ticks", FAULT_ENCODER_ERRATIC, encoder_faults, 150,
               Detection::kAlways, parts([](BrokenAxis& b) { b.encoder_bit_share = kSeldom; })),
       witness("encoder 5 ms late", FAULT_SENSORS_DISAGREE, encoder_faults, 500, Detection::kAlways,
               parts([](BrokenAxis& b) { b.encoder.late_readings = kSlowSensorReadings; }), turns),

@@ -16,8 +16,7 @@ constexpr std::size_t kReadings = 64;  // remembered, more than any reading is l
 // Encoder and gyro of one axis.
 class BadSensors {
  public:
-  BadSensors(std::uint64_t seed, int axis)
-      : random_(seed, "broken.sensors", axis), noise_(seed, "broken.noise", axis) {}
+  BadSensors(std::uint64_t seed, int axis) : random_(seed, "broken.sensors", axis), noise_(seed, "broken.noise") {}
 
   // Changes the samples of one tick as the faults of this axis say. `last_angle_turn32` is what the firmware got
   // before.
