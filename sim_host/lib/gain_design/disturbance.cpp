@@ -51,6 +51,7 @@ std::optional<Disturbance> slow_disturbance(const ResidualNoise& noise) {
   constexpr double kLeastFall = 10.0;
   std::vector<double> frequency_hz = log_space(kLowest_hz, std::min(kHighest_hz, 0.5 / noise.step_s), 200);
   std::vector<double> log_density;
+  log_density.reserve(frequency_hz.size());
   for (const double f_hz : frequency_hz) {
     log_density.push_back(std::log(density_nm2_hz(noise, f_hz)));
   }

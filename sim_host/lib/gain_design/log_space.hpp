@@ -8,6 +8,8 @@
 
 namespace trackservo::gain_design {
 
+constexpr double kHzPerRad_s = 0.5 / M_PI;
+
 // Returns `count` frequencies, logarithmically spaced.
 inline std::vector<double> log_space(double first_hz, double last_hz, int count) {
   std::vector<double> points;

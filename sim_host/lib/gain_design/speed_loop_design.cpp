@@ -14,8 +14,6 @@
 namespace trackservo::gain_design {
 namespace {
 
-constexpr double kHzPerRad_s = 0.5 / M_PI;
-
 struct FilterChoice {
   const StructuralMode *notched = nullptr;
   double lowpass_hz = 0.0;  // 0: none

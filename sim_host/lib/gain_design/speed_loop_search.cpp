@@ -16,8 +16,6 @@ namespace {
 constexpr double kGainReserve_db = 0.5;
 constexpr double kPhaseReserve_deg = 2.0;
 
-constexpr double kHzPerRad_s = 0.5 / M_PI;
-
 constexpr double kStep = 0.95;  // ratio from one try to the next
 constexpr int kSteps = 90;      // down to a hundredth
 

@@ -62,13 +62,11 @@ class SpeedLoopSearch {
   // error.
   double merit(const SpeedLoopGains& gains) const;
 
-  // Returns `loop` with these gains.
-  speed_loop_params loop_with(const SpeedLoopGains& gains) const;
-
  private:
   enum class Reserve { kNone, kKept };
   class LeastError;
 
+  speed_loop_params loop_with(const SpeedLoopGains& gains) const;
   bool is_good(const SpeedLoopGains& gains, Reserve reserve);
   SpeedLoopGains gains(double natural_rad_s, double observer_rad_s) const;
   std::optional<SpeedLoopGains> first_good(SpeedLoopGains gains, bool natural_falls, bool observer_falls);
