@@ -23,6 +23,7 @@ enum { FORGET_TICKS = 997 }; /* and up to 3 until axis_monitor_locate */
 void axis_monitor_reset(axis_monitor *monitor) {
   axis_protection_reset(&monitor->state);
   monitor->slow = (slow_monitors){.found = 0};
+  monitor->proof = (motion_proof){.tick = 0};
   monitor->judged = 0;
   envelope_release(&monitor->envelope);
   axis_monitor_retuned(monitor);
@@ -391,12 +392,50 @@ static fault_set judge_slowly(axis_monitor *monitor, const protection_motor *mot
                               int axis, const axis_monitor_setting *setting) {
   slow_monitors_add(&monitor->slow, &monitor->state, monitor->found, monitor->seen.torque_nm);
   if (judges_slowly(setting->tick, axis)) {
-    const slow_commands commands = {.standing = stands(monitor, command) && !setting->stimulated,
-                                    .reduced = setting->reduced_speed};
+    monitor->stands = stands(monitor, command) && !setting->stimulated;
+    const slow_commands commands = {.standing = monitor->stands, .reduced = setting->reduced_speed};
     slow_monitors_judge(&monitor->slow, &monitor->limits, motor, &monitor->state, &monitor->seen, &commands,
                         SERVO_TICK_S);
   }
   return monitor->slow.found;
+}
+
+motion_proof_axis axis_monitor_opposition(const servo_axis_params *params) {
+  const speed_loop_params *speed = &params->speed;
+  const lugre_params *seal = &speed->friction.lugre;
+  return (motion_proof_axis){
+      .inertia_kg_m2 = params->plant_inertia_kg_m2,
+      .stiffness_nm_rad = seal->stiffness_nm_rad,
+      .damping_nm_s_rad =
+          seal->damping_nm_s_rad + scalar_max(seal->positive.viscous_nm_s_rad, seal->negative.viscous_nm_s_rad),
+      .proportional_gain = speed->pi.proportional_gain,
+      .integral_gain = speed->pi.integral_gain,
+      .observer_rad_s = speed->observer_on ? speed->observer.bandwidth_rad_s : 0.0f,
+  };
+}
+
+/* Not with an encoder alone: it may be too coarse to show the swing; nor with a gyro that hardly turns with the axis;
+ * nor before the axis is identified. */
+static bool is_proven(const axis_monitor *monitor, const speed_loop_pose *pose) {
+  const bool by_gyro = monitor->seen.gyro_used && monitor->seen.gyro_valid && !pose->gyro_below &&
+                       !scalar_within(pose->gyro_share, SPEED_LOOP_MIN_GYRO_SHARE);
+  return monitor->limits.proof_rad_s > 0.0f && monitor->stands && monitor->seen.speed_closed && by_gyro &&
+         (monitor->restrictions & RESTRICTED_COMMISSIONING) == 0;
+}
+
+#define PROOF_SHARE 0.02f /* of the motor's torque, at most */
+
+static fault_set prove_motion(axis_monitor *monitor, const servo_axis *axis, const servo_axis_params *params) {
+  if (!is_proven(monitor, &axis->speed.pose)) {
+    monitor->proof = (motion_proof){.tick = 0};
+    return 0;
+  }
+  const float motor_nm = params->current_limit_a * params->torque_constant_nm_a;
+  const motion_proof_limits limits = {.answer_rad_s = monitor->limits.proof_rad_s, .most_nm = PROOF_SHARE * motor_nm};
+  const motion_proof_axis opposition = axis_monitor_opposition(params);
+  const bool limited = monitor->seen.limited || monitor->torque_nm <= 0.1f * motor_nm || monitor->may_shake;
+  motion_proof_step(&monitor->proof, &limits, &opposition, monitor->seen.rate_rad_s, limited, SERVO_TICK_S);
+  return bit_if(monitor->proof.unanswered, FAULT_NO_ANSWER);
 }
 
 /* Fault 2 does not compare across ticks without an angle. Farther away than the axis can have got, the next angle may
@@ -436,7 +475,8 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
   monitor->oscillates =
       look_for_oscillation(monitor, params, board->app.axis[axis].speed.carried_rad_s, setting->new_gains);
   monitor->may_shake = setting->new_gains && oscillation_may_begin(&monitor->swings);
-  monitor->judged = without_current(monitor, found) | judge_slowly(monitor, &motor, command, axis, setting);
+  monitor->judged = without_current(monitor, found) | judge_slowly(monitor, &motor, command, axis, setting) |
+                    prove_motion(monitor, &board->app.axis[axis], params);
   note_commands(monitor, board, axis, setting->motion);
 }
 

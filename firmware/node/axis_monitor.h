@@ -9,6 +9,7 @@
 #include "protection/axis_protection.h"
 #include "protection/envelope.h"
 #include "protection/fault_log.h"
+#include "protection/motion_proof.h"
 #include "protection/oscillation.h"
 #include "protection/slow_monitors.h"
 #include "protection/start_position.h"
@@ -45,6 +46,8 @@ typedef struct {
   uint8_t doubtful; /* so often the encoder must yet be right before its position is trusted */
   /* Of the deferred task alone: behind what the tick reaches with short offsets. */
   slow_monitors slow;
+  bool stands; /* as the slow monitors judged last */
+  motion_proof proof;
   angle_turn32 last_angle; /* the last valid one */
   uint16_t gap_ticks;      /* without an angle since then */
 } axis_monitor;
@@ -82,6 +85,9 @@ typedef struct {
 
 /* Runs the slow monitors, for which a delay of a tick does not matter. Call after each tick, in the deferred task. */
 void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, const axis_monitor_setting *setting);
+
+/* Returns what opposes the test torque of a standing axis. */
+motion_proof_axis axis_monitor_opposition(const servo_axis_params *params);
 
 /* Forgets an oscillation that the old gains caused. Call when the gains have changed. */
 void axis_monitor_retuned(axis_monitor *monitor);

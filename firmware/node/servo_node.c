@@ -78,6 +78,7 @@ static inline __attribute__((always_inline)) void step_axis(servo_node *node, in
                                                   joint_rate_rad_s, &axis->stimulus, SERVO_TICK_S);
   axis->inputs.stimulus = stimulated ? &axis->stimulus : NULL;
   node->board.command.axis[i] = *drive_axis_step(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
+  node->board.command.axis[i].torque_nm += axis->monitor.proof.torque_nm;
 }
 
 void servo_node_take(servo_node *node) { canopen_node_take(&node->canopen); }

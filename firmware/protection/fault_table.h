@@ -81,6 +81,8 @@ typedef enum {
   FAULT_BRAKING_FAILS = 54,
   /* the camera */
   FAULT_CAMERA_STALE = 55,
+  /* what no single sensor shows, continued */
+  FAULT_NO_ANSWER = 56,
   FAULT_COUNT
 } fault_id;
 

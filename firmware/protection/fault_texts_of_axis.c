@@ -343,6 +343,21 @@ const fault_text fault_texts_of_axis[FAULT_COUNT] = {
          .check = "6064 before and after; 2000:1, 2000:2 and 60B2.",
          .cure = "Remove the cause. Raise 2060:29 only if the axis may move that far.",
          .clear = RESET},
+    [FAULT_NO_ANSWER] =
+        {.name = "no answer to the test torque",
+         .detection = "A torque of at most 2 % of the motor's swings a standing axis at 42 Hz, and its rate swings by "
+                      "less than 2060:32, half of the least that inertia, friction and gains permit, for two windows "
+                      "of 192 ms.",
+         .when = "While a control loop is closed with set-point 0 or an unchanged position and uses a gyro that turns "
+                 "with the axis, no experiment runs, the torque is not limited below a tenth of the motor's, and "
+                 "2060:21 is not 2 (commissioning).",
+         .timer = "",
+         .limits = LIMIT(32),
+         .cause = "Encoder and gyro are dead together, the axis is blocked (transport lock, holding brake), the motor "
+                  "does not drive it, or the axis has far more inertia than 2056:1 says.",
+         .check = "Do 6064 and gyro in the fault log change while you turn the axis by hand? Is it free to turn?",
+         .cure = "Replace the sensors, or release the axis. Set 2060:32 to 0 only if nothing may swing the axis.",
+         .clear = RESET},
     [FAULT_REDUCED_SPEED] = {.name = "reduced speed exceeded",
                              .detection = "Mean joint rate of 4 ms above 2060:30 while 2062 is 1.",
                              .when = "While a control loop is closed, from 1 s after 2062 was set.",

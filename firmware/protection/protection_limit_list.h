@@ -75,7 +75,9 @@
   LIMIT(30, reduced_speed_rad_s, 1e-3f, 1e3f, 0.0872665f, "rad/s", "Reduced speed limit",                              \
         "Largest joint rate while 2062 is 1")                                                                          \
   LIMIT(31, direction_rad, 0.0f, 100.0f, 0.05f, "rad", "Direction window",                                             \
-        "Largest path against the sign of the set-point while the axis accelerates that way; 0: not monitored")
+        "Largest path against the sign of the set-point while the axis accelerates that way; 0: not monitored")        \
+  LIMIT(32, proof_rad_s, 0.0f, 0.1f, 3e-5f, "rad/s", "Standstill test rate",                                           \
+        "By at least this a standing axis swings its gyro at 42 Hz, with 2 % of its motor's torque at most; 0: not tested")
 
 /* clang-format on */
 

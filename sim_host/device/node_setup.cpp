@@ -10,6 +10,7 @@
 
 extern "C" {
 #include "products/brushed_tracker/default_parameters.h"
+#include "protection/motion_proof.h"
 }
 
 namespace trackservo::sim {
@@ -75,6 +76,9 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   limits.standstill_rad = 0.01F;
   limits.reduced_speed_rad_s = 0.0872665F;
   limits.direction_rad = 0.05F;
+  // Four standard deviations of what noise swings in a window.
+  limits.proof_rad_s =
+      f(std::max(3e-5, 4.0 * axis.gyro.noise_density_rad_s_rthz / std::sqrt(1e-3 * MOTION_PROOF_TICKS)));
   limits.stopping_margin_rad = f(std::min(0.005, 0.1 * travel_rad));
   // Three standard deviations of the wind, its mean and the imbalance, less the Coulomb friction, take less than a
   // quarter of the torque.

@@ -162,6 +162,7 @@ static inline bool rigid_machine_start_node_on(rigid_machine *machine, servo_nod
     limits[i] = objects.written;
     limits[i].travel_kind = 1.0f; /* no end stops */
     limits[i].stuck_s = 0.0f;     /* without noise, a machine at rest always reads the same */
+    limits[i].proof_rad_s = 0.0f; /* it is quite at rest */
   }
   const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus,
                                     NULL,    NULL};

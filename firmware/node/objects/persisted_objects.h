@@ -18,7 +18,7 @@
 #include "protection/axis_protection.h"
 #include "servo/servo_app.h"
 
-enum { PERSISTED_MAX_ROWS = 448 };
+enum { PERSISTED_MAX_ROWS = 480 };
 
 /* Which groups. 0x1010 and 0x1011 leave the last one as it is: 0x3040:4 sets the owner's word. */
 enum { PERSISTED_COMMUNICATION = 1, PERSISTED_APPLICATION = 2, PERSISTED_ACCESS = 4 };

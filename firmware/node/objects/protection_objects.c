@@ -12,7 +12,7 @@ enum { ENVELOPE_OBJECT = 0x2061, CONFIRMED_TURN = 5 };
 _Static_assert(offsetof(protection_objects, written) == 0, "rows are read in a protection_limits alone, too");
 
 static const od_entry kEntries[] = {
-    OD_RECORD_HEAD(0x2060, 31, "Protection", "Limits that trigger a fault; open 0x3040 to write them"),
+    OD_RECORD_HEAD(0x2060, 32, "Protection", "Limits that trigger a fault; open 0x3040 to write them"),
     /* clang-format off */
     PROTECTION_LIMITS_1_TO_17(ROW)
     /* clang-format on */

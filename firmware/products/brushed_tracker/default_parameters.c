@@ -154,6 +154,7 @@ const protection_limits default_limits[SERVO_AXES] = {
         .standstill_rad = 0.01f,
         .reduced_speed_rad_s = 0.0872665f,
         .direction_rad = 0.05f,
+        .proof_rad_s = 3.1865206e-05f,
     },
     {
         .overspeed_rad_s = 1.5f,
@@ -186,5 +187,6 @@ const protection_limits default_limits[SERVO_AXES] = {
         .standstill_rad = 0.01f,
         .reduced_speed_rad_s = 0.0872665f,
         .direction_rad = 0.05f,
+        .proof_rad_s = 3.1865206e-05f,
     },
 };

@@ -50,6 +50,7 @@ std::vector<FaultTest> list_tests() {
       {FAULT_ENCODER_ERRATIC, witness, "test_an_encoder_that_is_wrong_in_some_ticks_is_named"},
       {FAULT_STANDSTILL_LEFT, witness, "test_an_axis_that_is_pushed_out_of_its_standstill_is_found"},
       {FAULT_REDUCED_SPEED, witness, "test_reduced_speed_is_monitored_when_it_is_selected"},
+      {FAULT_NO_ANSWER, witness, "test_dead_sensors_at_rest_do_not_answer_the_test_torque"},
       {FAULT_CAMERA_STALE, tracking, "test_a_frozen_picture_stops_the_axis_that_it_drives"},
       {FAULT_ACTIVE_SET, witness, "test_every_bit_that_flips_in_the_active_set_is_found_and_its_motion_bounded"},
   };

@@ -532,8 +532,9 @@ std::vector<FaultInjection> witnesses() {
   const fault_set of_voltage = electrical | fault_bit(FAULT_UNDER_VOLTAGE);
   const fault_set drift = fault_bit(FAULT_SENSORS_DRIFT);
   std::vector<FaultInjection> list = {
-      witness("encoder and gyro frozen with noise", FAULT_MOTOR_CONTRADICTS, motor | fault_bit(FAULT_RUNAWAY), 100,
-              Detection::kAlways, parts([](BrokenAxis& b) { b.sensors_show_share = 0.0; }), motor_must_see_all),
+      witness("encoder and gyro frozen with noise", FAULT_MOTOR_CONTRADICTS,
+              motor | fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_NO_ANSWER), 100, Detection::kAlways,
+              parts([](BrokenAxis& b) { b.sensors_show_share = 0.0; }), motor_must_see_all),
       witness("encoder and gyro at half scale", FAULT_MOTOR_CONTRADICTS, motor | fault_bit(FAULT_RUNAWAY), 500,
               Detection::kAlways, parts([](BrokenAxis& b) { b.sensors_show_share = 0.5; }), motor_must_see_half),
       witness("gyro bias 0.019 rad/s", FAULT_SENSORS_DRIFT, motor, 500, Detection::kAlways,
@@ -597,8 +598,6 @@ std::vector<FaultInjection> witnesses() {
                   flip_bit(&n.node().axis[a].tuning.active, sizeof(axis_parameters), random);
                 }),
   };
-  // Of an axis at rest nothing shows it until the torque, which follows the sensors' noise, has overcome the friction.
-  list.front().monitored_ticks = 5000;
   // The full torque of an axis that sees no speed, until its back-EMF is beyond the error of the motor as a witness.
   list.front().max_overshoot_rad_s = 0.6;
   list.front().max_deviation_rad = 0.05;

@@ -161,10 +161,11 @@ std::optional<double> SpeedLoopSearch::highest_natural_rad_s(SpeedLoopGains gain
 class SpeedLoopSearch::LeastError {
  public:
   LeastError(SpeedLoopSearch& search, const SpeedLoopGains& start)
-      : search_(search), best_(start), most_(search.merit(start)) {
-    x_ = {std::log(start.damping), std::log(start.observer_rad_s / start.natural_rad_s),
-          std::log(start.crossover_rad_s), 0.0};
-  }
+      : search_(search),
+        best_(start),
+        most_(search.merit(start)),
+        x_{std::log(start.damping), std::log(start.observer_rad_s / start.natural_rad_s),
+           std::log(start.crossover_rad_s), 0.0} {}
 
   SpeedLoopGains run() {
     for (const double damping : {0.5, 0.6, 0.7, 1.0}) {
@@ -248,7 +249,7 @@ class SpeedLoopSearch::LeastError {
   SpeedLoopSearch& search_;
   SpeedLoopGains best_;
   double most_;
-  Point x_{};
+  Point x_;
 };
 
 SpeedLoopGains SpeedLoopSearch::fastest() const {

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Proves that the sensors of a standing axis still show its motion: a small torque swings it, and its rate must swing
+ * with it. Encoder and gyro that are dead together look at rest like good ones, and the loop's torque grows until the
+ * axis breaks away; no other monitor sees that before.
+ *
+ *     torque = +-2 r Z sin(w t),   w = 2 pi / (MOTION_PROOF_PERIOD_TICKS dt)
+ *     a + j b = 2 / N sum of rate exp(-j w t) over a window of N = MOTION_PROOF_TICKS ticks
+ *
+ * The sign changes from window to window. Z is the largest impedance that axis and loop can have together, so a rate
+ * that swings by less than r is half of the least answer, and two such windows in a row are a fault:
+ *
+ *     Z = J w + s0 / w + s1 + s2 + (Kp + Ki / w + J w) sqrt(1 + (wo / w)^2)        wo: the observer's bandwidth
+ *
+ * With an axis that answers, no vibration of one frequency can cause the fault: what cancels the answer in one window
+ * adds to it in the next. Noise of a density S (1/sqrt(Hz)) gives a and b a standard deviation of S / sqrt(N dt): dead
+ * sensors are found if r is three times as much. Cost: about 25 instructions, 60 more at the start of a window. */
+#ifndef TRACKSERVO_PROTECTION_MOTION_PROOF_H
+#define TRACKSERVO_PROTECTION_MOTION_PROOF_H
+
+#include <stdbool.h>
+
+/* 42 Hz at 1 ms: above what the loop holds best, and far from the mains. A quarter of a period is a whole number of
+ * ticks. */
+enum { MOTION_PROOF_PERIOD_TICKS = 24, MOTION_PROOF_TICKS = 8 * MOTION_PROOF_PERIOD_TICKS };
+
+/* What opposes the swing; none negative. */
+typedef struct {
+  float inertia_kg_m2;     /* the largest */
+  float stiffness_nm_rad;  /* of the bristles, s0 */
+  float damping_nm_s_rad;  /* s1 + s2 */
+  float proportional_gain; /* Nm s/rad */
+  float integral_gain;     /* Nm/rad */
+  float observer_rad_s;    /* 0: no observer */
+} motion_proof_axis;
+
+/* All zero: nothing proven yet, no torque. */
+typedef struct {
+  int tick;             /* of this window */
+  float amplitude_nm;   /* of its torque */
+  bool backwards;       /* the sign of its torque */
+  bool spoiled;         /* it counts for nothing */
+  bool silent;          /* the last window had no answer */
+  bool unanswered;      /* the last two had none */
+  float in_phase_rad_s; /* sums */
+  float quadrature_rad_s;
+  float torque_nm; /* for the next tick; 0 at the start of a window */
+} motion_proof;
+
+typedef struct {
+  float answer_rad_s; /* r */
+  float most_nm;      /* where the torque would need more, nothing is tested */
+} motion_proof_limits;
+
+/* Returns Z, the torque that swings the rate by 1 rad/s at most, Nm s/rad. */
+float motion_proof_impedance(const motion_proof_axis *axis, float dt_s);
+
+/* Takes the rate of a tick in which `torque_nm` acted, and computes the torque for the next one. `limited`: the torque
+ * could not act in full. */
+void motion_proof_step(motion_proof *proof, const motion_proof_limits *limits, const motion_proof_axis *axis,
+                       float rate_rad_s, bool limited, float dt_s);
+
+#endif
