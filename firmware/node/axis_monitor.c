@@ -416,7 +416,7 @@ motion_proof_axis axis_monitor_opposition(const servo_axis_params *params) {
 
 /* Not with an encoder alone: it may be too coarse to show the swing; nor with a gyro that hardly turns with the axis;
  * nor before the axis is identified. */
-static bool is_proven(const axis_monitor *monitor, const speed_loop_pose *pose) {
+static bool is_tested(const axis_monitor *monitor, const speed_loop_pose *pose) {
   const bool by_gyro = monitor->seen.gyro_used && monitor->seen.gyro_valid && !pose->gyro_below &&
                        !scalar_within(pose->gyro_share, SPEED_LOOP_MIN_GYRO_SHARE);
   return monitor->limits.proof_rad_s > 0.0f && monitor->stands && monitor->seen.speed_closed && by_gyro &&
@@ -426,7 +426,7 @@ static bool is_proven(const axis_monitor *monitor, const speed_loop_pose *pose) 
 #define PROOF_SHARE 0.02f /* of the motor's torque, at most */
 
 static fault_set prove_motion(axis_monitor *monitor, const servo_axis *axis, const servo_axis_params *params) {
-  if (!is_proven(monitor, &axis->speed.pose)) {
+  if (!is_tested(monitor, &axis->speed.pose)) {
     monitor->proof = (motion_proof){.tick = 0};
     return 0;
   }

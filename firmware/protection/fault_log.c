@@ -28,7 +28,7 @@ void fault_log_write(fault_log *log, int source, fault_id fault, uint32_t tick) 
   entry->fault = (uint8_t)fault;
   entry->source = (uint8_t)source;
   entry->samples = 0;
-  if (source < FAULT_LOG_AXES) {
+  if (source < SERVO_AXES) {
     copy_history(&log->history[source], entry);
   }
 }

@@ -6,11 +6,12 @@
 #define TRACKSERVO_PROTECTION_FAULT_LOG_H
 
 #include "protection/fault_table.h"
+#include "servo/servo_app.h"
 
-enum { FAULT_LOG_ENTRIES = 8, FAULT_LOG_AXES = 2, FAULT_LOG_TICKS = 16 };
+enum { FAULT_LOG_ENTRIES = 8, FAULT_LOG_TICKS = 16 };
 
 /* Source of a fault: the number of an axis, or this for the board itself, which has no samples. */
-enum { FAULT_LOG_BOARD = FAULT_LOG_AXES };
+enum { FAULT_LOG_BOARD = SERVO_AXES };
 
 /* One tick of one axis. Only floats, so that it can be read as a table of them. */
 typedef struct {
@@ -43,7 +44,7 @@ typedef struct {
 
 typedef struct {
   fault_log_entry entry[FAULT_LOG_ENTRIES];
-  fault_log_history history[FAULT_LOG_AXES];
+  fault_log_history history[SERVO_AXES];
   uint32_t count; /* written since the log was cleared */
 } fault_log;
 

@@ -153,11 +153,14 @@ void test_sensors_that_are_wrong_together_are_found_by_the_motor() {
   const fault_set motor = fault_bit(FAULT_MOTOR_CONTRADICTS);
   const fault_set moving = motor | fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_MOTOR_WEAK);
   const Case cases[] = {
+      {"frozen, 0.003 deg/s", motor, 5.2e-5, 0.5, show(0.0), 0.45, 10.0 * sim::kRadPerDeg, 3.0 * sim::kRadPerDeg},
+      {"frozen, 0.1 deg/s", motor, 1.7e-3, 0.5, show(0.0), 0.12, 32.0 * sim::kRadPerDeg, 12.0 * sim::kRadPerDeg},
       {"frozen, 1 deg/s", moving, 0.0175, 0.5, show(0.0), 0.06, 32.0 * sim::kRadPerDeg, 12.0 * sim::kRadPerDeg},
-      {"frozen, 20 deg/s", moving, 0.35, 0.5, show(0.0), 0.05, 35.0 * sim::kRadPerDeg, 9.0 * sim::kRadPerDeg},
-      {"half, 20 deg/s", motor, 0.35, 0.0, show(0.5), 0.1, 43.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
-      {"half, 20 deg/s, motor known", motor, 0.35, 1.0, show(0.5), 0.1, 43.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
-      {"half, 40 deg/s", moving, 0.7, 0.0, show(0.5), 0.2, 86.0 * sim::kRadPerDeg, 28.0 * sim::kRadPerDeg},
+      {"frozen, 20 deg/s", moving, 0.35, 0.5, show(0.0), 0.05, 35.0 * sim::kRadPerDeg, 12.0 * sim::kRadPerDeg},
+      {"half, 20 deg/s", motor, 0.35, 0.0, show(0.5), 0.12, 45.0 * sim::kRadPerDeg, 24.0 * sim::kRadPerDeg},
+      {"half, 20 deg/s, motor known", motor, 0.35, 1.0, show(0.5), 0.12, 45.0 * sim::kRadPerDeg,
+       24.0 * sim::kRadPerDeg},
+      {"half, 40 deg/s", moving, 0.7, 0.0, show(0.5), 0.2, 86.0 * sim::kRadPerDeg, 40.0 * sim::kRadPerDeg},
   };
   for (const Case& one : cases) {
     check(one);

@@ -122,6 +122,18 @@ const Harm kBrakeHarms[] = {
      fault_bit(FAULT_HOLDING_BRAKE), 600},
 };
 
+// Together, at standstill: nothing but the test torque tells. It takes two windows that begin after they died.
+const Harm kDeadSensors = {"encoder and gyro: dead, with noise",
+                           [](BoardRig& rig, int axis) {
+                             rig.machine.encoder(axis).is_dead = true;
+                             rig.machine.gyro(axis).is_dead = true;
+                           },
+                           [](BoardRig& rig, int axis) {
+                             rig.machine.encoder(axis).is_dead = false;
+                             rig.machine.gyro(axis).is_dead = false;
+                           },
+                           fault_bit(FAULT_NO_ANSWER), 3.0 * MOTION_PROOF_TICKS + 10.0};
+
 std::vector<std::size_t> harmed_axes(const Harm& harm, int axis) {
   return harm.both_react ? std::vector<std::size_t>{0, 1} : std::vector<std::size_t>{static_cast<std::size_t>(axis)};
 }
@@ -220,6 +232,18 @@ void test_a_sensor_that_fails_stops_its_axis() {
   try_harms(rig, kSensorHarms, 11);
 }
 
+void test_sensors_that_die_together_at_rest_stop_their_axis() {
+  BoardRig rig(bench::calm_plant());
+  bench::boot(rig);
+  sim::SplitMix64 random(15);
+  for (const BoardRun& run : {BoardRun{&bench::kBoardMotions[0], 0, 0}, BoardRun{&bench::kBoardMotions[0], 1, 0}}) {
+    TEST_MESSAGE(fmt::format("{}, axis {}: {:.0f} ms of {:.0f}", kDeadSensors.name, run.axis,
+                             try_harm(rig, kDeadSensors, run, random), kDeadSensors.max_ms)
+                     .c_str());
+  }
+  bench::expect_no_violations(rig);
+}
+
 void test_a_fault_of_power_or_clock_stops_what_it_concerns() {
   BoardRig rig(bench::calm_plant());
   bench::boot(rig);
@@ -243,6 +267,7 @@ void test_a_contact_that_contradicts_its_brake_stops_its_axis() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_sensor_that_fails_stops_its_axis);
+  RUN_TEST(test_sensors_that_die_together_at_rest_stop_their_axis);
   RUN_TEST(test_a_fault_of_power_or_clock_stops_what_it_concerns);
   RUN_TEST(test_safe_torque_off_removes_the_torque_of_both_axes);
   RUN_TEST(test_a_contact_that_contradicts_its_brake_stops_its_axis);

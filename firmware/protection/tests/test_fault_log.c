@@ -25,7 +25,7 @@ static surrounded_log new_log(void) {
 
 static void test_a_fault_of_the_board_has_no_samples_whatever_the_axes_did(void) {
   surrounded_log s = new_log();
-  for (int axis = 0; axis < FAULT_LOG_AXES; ++axis) {
+  for (int axis = 0; axis < SERVO_AXES; ++axis) {
     for (int tick = 0; tick < 40; ++tick) {
       fault_log_sample_tick(&s.log, axis, &(fault_log_sample){.current_a = 1.0f});
     }

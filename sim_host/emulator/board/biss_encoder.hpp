@@ -50,6 +50,7 @@ class BissEncoder : public SpiDevice {
   bool has_warning = false;
   bool sends_garbage = false;  // another position each time, with the right CRC
   bool sends_noise = false;    // random bits: the CRC is right by chance
+  bool is_dead = false;        // the position at which it died, with noise
   unsigned flipped_bits = 0;   // of the position as sent, after the CRC was made
   unsigned acknowledge_bits = 6;
 
@@ -60,6 +61,7 @@ class BissEncoder : public SpiDevice {
   static constexpr Instant kRoundTrip = kUnitsPerMicrosecond / 10;
   static constexpr Instant kSettling = kUnitsPerMicrosecond / 50;  // during a change: neither the old bit nor the new
   static constexpr unsigned kPositionBits = 26;
+  static constexpr std::uint32_t kDeadNoise = 80;  // 2^-32 turns: 0.1 urad
 
   // Returns whether the data line changes when it is sampled. The leading edge of a clock that idles high is the
   // falling one, half a period after the rising one.
@@ -87,7 +89,9 @@ class BissEncoder : public SpiDevice {
   }
 
   void load() {
-    const std::uint32_t position = (sends_garbage ? random_bits() : reading_()) >> (32 - kPositionBits);
+    alive_at_ = is_dead ? alive_at_ : reading_();
+    const std::uint32_t shown = is_dead ? alive_at_ + random_bits() % kDeadNoise : alive_at_;
+    const std::uint32_t position = (sends_garbage ? random_bits() : shown) >> (32 - kPositionBits);
     const std::uint32_t checked = position << 2 | (has_error ? 0U : 2U) | (has_warning ? 0U : 1U);
     const std::uint64_t noise = static_cast<std::uint64_t>(random_bits()) << 2 | random_bits() >> 30;
     const std::uint64_t sent = static_cast<std::uint64_t>(checked ^ flipped_bits << 2) << 6 | crc(checked);
@@ -98,6 +102,7 @@ class BissEncoder : public SpiDevice {
   }
 
   Violations& violations_;
+  std::uint32_t alive_at_ = 0;
   std::function<std::uint32_t()> reading_;
   std::uint64_t stream_ = 0;
   Instant pause_begins_ = 0;

@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "chip/usart.hpp"
+#include "machine/base/random.hpp"
 
 namespace trackservo::target {
 
@@ -29,15 +30,19 @@ class FibreGyro {
     if (!is_connected) {
       return;
     }
-    make(static_cast<float>(rate_rad_s), valid);
+    make(static_cast<float>(is_dead ? noise_rad_s() : rate_rad_s), valid);
     sent_ = 0;
     timeline_.set(next_byte_, timeline_.instant() + byte_time());
   }
 
   bool is_connected = true;
   bool breaks_crc = false;
+  bool is_dead = false;  // noise about zero, whatever the rate
 
  private:
+  static constexpr double kDeadNoise_rad_s = 4e-4;  // from end to end
+
+  double noise_rad_s() { return kDeadNoise_rad_s * (noise_.uniform() - 0.5); }
   static constexpr Instant byte_time() { return duration_of(10.0 / kBitsPerSecond); }
 
   void put(std::size_t at, std::uint32_t word) {
@@ -80,6 +85,7 @@ class FibreGyro {
   std::array<std::uint8_t, kBytes> message_{};
   std::size_t sent_ = 0;
   std::uint8_t sequence_ = 0;
+  sim::SplitMix64 noise_{1};
 };
 
 }  // namespace trackservo::target

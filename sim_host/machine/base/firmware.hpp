@@ -5,8 +5,6 @@
 
 extern "C" {
 #include "hal_host.h"
-#include "servo/joint_tracking.h"
-#include "servo/pointing.h"
 #include "servo/servo_board.h"
 }
 

@@ -52,6 +52,7 @@ def pictures(cell: Any) -> list[bytes]:
 
 
 @pytest.mark.real_time
+@pytest.mark.alone  # its kernel, the simulator and the design fill both cores of a small machine
 def test_the_notebook_commissions_the_simulated_tracker(folder: Path) -> None:
     import nbformat
     from nbclient import NotebookClient

@@ -10,6 +10,10 @@
 #include "support/bench.hpp"
 #include "support/check.h"
 
+extern "C" {
+#include "control/line_of_sight.h"
+}
+
 extern "C" void setUp(void) {}
 extern "C" void tearDown(void) {}
 
