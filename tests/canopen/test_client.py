@@ -380,6 +380,7 @@ def test_flood_and_wrong_lengths_leave_heartbeats_and_values_alone(test_node, co
     assert 190 <= heartbeats <= 210
     back = connect()
     assert [back[NODE_ID].sdo.upload(0x2F00, sub) for sub in range(1, 11)] == values
+    back.disconnect()  # the last frames of the flood, which python-canopen cannot read, are not heard in the teardown
 
 
 def test_garbage_on_the_line_is_answered_with_bel_and_forgotten(test_node):
