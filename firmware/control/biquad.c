@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "control/biquad.h"
 
+#include <math.h>
+
 #include "base/scalar.h"
 
 biquad_params biquad_pass(void) { return (biquad_params){.b0 = 1.0f}; }
@@ -63,6 +65,20 @@ control_status biquad_design_notch(biquad_params *params, float frequency_rad_s,
   params->b1 = params->a1;
   params->b2 = params->a2 + (1.0f - params->b0); /* unity gain at 0 with the rounded poles */
   return CONTROL_OK;
+}
+
+/* |c0 + c1 q + c2 q^2| with q = exp(-j w): as |q| = 1, of c0 / q + c1 + c2 q. */
+static float size_at(float c0, float c1, float c2, float cosine, float sine) {
+  const float re = (c0 + c2) * cosine + c1;
+  const float im = (c0 - c2) * sine;
+  return sqrtf(re * re + im * im);
+}
+
+float biquad_gain(const biquad_params *params, float omega_rad) {
+  const float cosine = scalar_cos(omega_rad);
+  const float sine = scalar_sin(omega_rad);
+  return size_at(params->b0, params->b1, params->b2, cosine, sine) /
+         size_at(1.0f, params->a1, params->a2, cosine, sine);
 }
 
 control_status biquad_check(const biquad_params *params) {

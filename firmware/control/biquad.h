@@ -43,6 +43,9 @@ control_status biquad_design_notch(biquad_params *params, float frequency_rad_s,
 /* Checks that the filter is finite and stable: poles inside the unit circle (|a2| < 1, |a1| < 1 + a2). */
 control_status biquad_check(const biquad_params *params);
 
+/* Returns the gain at this frequency, 0 .. pi rad per sample. */
+float biquad_gain(const biquad_params *params, float omega_rad);
+
 /* Settles the filter at a constant input (with unity gain at 0 the output starts at `input`). */
 void biquad_reset(biquad_state *state, const biquad_params *params, float input);
 

@@ -402,15 +402,18 @@ static fault_set judge_slowly(axis_monitor *monitor, const protection_motor *mot
 
 motion_proof_axis axis_monitor_opposition(const servo_axis_params *params) {
   const speed_loop_params *speed = &params->speed;
-  const lugre_params *seal = &speed->friction.lugre;
+  const float omega_rad = 2.0f * SCALAR_PI / (float)MOTION_PROOF_PERIOD_TICKS;
   return (motion_proof_axis){
       .inertia_kg_m2 = params->plant_inertia_kg_m2,
-      .stiffness_nm_rad = seal->stiffness_nm_rad,
-      .damping_nm_s_rad =
-          seal->damping_nm_s_rad + scalar_max(seal->positive.viscous_nm_s_rad, seal->negative.viscous_nm_s_rad),
+      .stiffness_nm_rad = params->plant_stiffness_nm_rad,
+      .damping_nm_s_rad = params->plant_damping_nm_s_rad + params->plant_viscous_nm_s_rad,
       .proportional_gain = speed->pi.proportional_gain,
       .integral_gain = speed->pi.integral_gain,
+      .filter_gain = biquad_gain(&speed->notch, omega_rad) * biquad_gain(&speed->lowpass, omega_rad),
+      .position_per_s = params->position.proportional_per_s,
       .observer_rad_s = speed->observer_on ? speed->observer.bandwidth_rad_s : 0.0f,
+      .observer_inertia_kg_m2 = speed->observer.inertia_kg_m2,
+      .observer_viscous_nm_s_rad = speed->observer.viscous_nm_s_rad,
   };
 }
 
@@ -432,7 +435,8 @@ static fault_set prove_motion(axis_monitor *monitor, const servo_axis *axis, con
   }
   const float motor_nm = params->current_limit_a * params->torque_constant_nm_a;
   const motion_proof_limits limits = {.answer_rad_s = monitor->limits.proof_rad_s, .most_nm = PROOF_SHARE * motor_nm};
-  const motion_proof_axis opposition = axis_monitor_opposition(params);
+  const motion_proof_axis opposition =
+      monitor->proof.tick == 0 ? axis_monitor_opposition(params) : (motion_proof_axis){.inertia_kg_m2 = 0.0f};
   const bool limited = monitor->seen.limited || monitor->torque_nm <= 0.1f * motor_nm || monitor->may_shake;
   motion_proof_step(&monitor->proof, &limits, &opposition, monitor->seen.rate_rad_s, limited, SERVO_TICK_S);
   return bit_if(monitor->proof.unanswered, FAULT_NO_ANSWER);

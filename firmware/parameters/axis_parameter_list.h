@@ -173,12 +173,12 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
   REAL(0x2056, 2, OD_GUARDED, plant, min_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                                   \
        "Plant inertia minimum", "Azimuth: inertia at pitch 90 deg, also beyond its travel; its gains follow",          \
        min_inertia_kg_m2)                                                                                            \
-  DESIGNED(0x2056, 3, OD_GUARDED, plant, viscous_nm_s_rad, 0.0f, 1e4f, 8.0f, "N m s/rad",                              \
-       "Plant viscous coefficient", "Friction torque per speed of the sliding seal")                                   \
-  DESIGNED(0x2056, 4, OD_GUARDED, plant, stiffness_nm_rad, 0.0f, 1e9f, 30000.0f, "N m/rad",                            \
-       "Plant bristle stiffness", "sigma0 of the seal; 0: it has no pre-sliding")                                      \
-  DESIGNED(0x2056, 5, OD_GUARDED, plant, damping_nm_s_rad, 0.0f, 1e6f, 300.0f, "N m s/rad",                            \
-       "Plant bristle damping", "sigma1 of the seal")                                                                  \
+  REAL(0x2056, 3, OD_GUARDED, plant, viscous_nm_s_rad, 0.0f, 1e4f, 8.0f, "N m s/rad",                                  \
+       "Plant viscous coefficient", "Friction torque per speed of the sliding seal", plant_viscous_nm_s_rad)           \
+  REAL(0x2056, 4, OD_GUARDED, plant, stiffness_nm_rad, 0.0f, 1e9f, 30000.0f, "N m/rad",                                \
+       "Plant bristle stiffness", "sigma0 of the seal; 0: it has no pre-sliding", plant_stiffness_nm_rad)              \
+  REAL(0x2056, 5, OD_GUARDED, plant, damping_nm_s_rad, 0.0f, 1e6f, 300.0f, "N m s/rad",                                \
+       "Plant bristle damping", "sigma1 of the seal", plant_damping_nm_s_rad)                                          \
   DESIGNED(0x2056, 6, OD_GUARDED, plant, encoder_delay_s, 0.0f, 0.01f, 1e-4f, "s",                                     \
        "Plant encoder delay", "Age of the angle when the tick samples it")                                             \
   DESIGNED(0x2056, 7, OD_GUARDED, plant, gyro_delay_s, 0.0f, 0.01f, 2e-4f, "s",                                        \

@@ -18,9 +18,12 @@ float motion_proof_impedance(const motion_proof_axis *axis, float dt_s) {
   const float w_rad_s = 2.0f * SCALAR_PI / ((float)MOTION_PROOF_PERIOD_TICKS * dt_s);
   const float inertial = axis->inertia_kg_m2 * w_rad_s;
   const float of_observer = axis->observer_rad_s / w_rad_s;
-  const float loop = axis->proportional_gain + axis->integral_gain / w_rad_s + inertial;
+  const float pi =
+      (axis->filter_gain + axis->position_per_s / w_rad_s) * (axis->proportional_gain + axis->integral_gain / w_rad_s);
+  const float observed = axis->filter_gain * axis->observer_rad_s *
+                         (axis->observer_inertia_kg_m2 + axis->observer_viscous_nm_s_rad / w_rad_s);
   return inertial + axis->stiffness_nm_rad / w_rad_s + axis->damping_nm_s_rad +
-         loop * sqrtf(1.0f + of_observer * of_observer);
+         pi * sqrtf(1.0f + of_observer * of_observer) + observed;
 }
 
 static void begin_window(motion_proof *proof, const motion_proof_limits *limits, const motion_proof_axis *axis,

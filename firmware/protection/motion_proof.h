@@ -9,7 +9,10 @@
  * The sign changes from window to window. Z is the largest impedance that axis and loop can have together, so a rate
  * that swings by less than r is half of the least answer, and two such windows in a row are a fault:
  *
- *     Z = J w + s0 / w + s1 + s2 + (Kp + Ki / w + J w) sqrt(1 + (wo / w)^2)        wo: the observer's bandwidth
+ *     Z = J w + s0 / w + s1 + s2 + (F + wp / w) (Kp + Ki / w) sqrt(1 + (wo / w)^2) + F wo (Jo + Bo / w)
+ *
+ * wo, Jo, Bo: bandwidth, inertia and viscous coefficient of the observer; F: gain of the filters at w; wp: gain of the
+ * position loop.
  *
  * With an axis that answers, no vibration of one frequency can cause the fault: what cancels the answer in one window
  * adds to it in the next. Noise of a density S (1/sqrt(Hz)) gives a and b a standard deviation of S / sqrt(N dt): dead
@@ -23,14 +26,18 @@
  * ticks. */
 enum { MOTION_PROOF_PERIOD_TICKS = 24, MOTION_PROOF_TICKS = 8 * MOTION_PROOF_PERIOD_TICKS };
 
-/* What opposes the swing; none negative. */
+/* What opposes the swing; none negative. Axis: as it surely is, not as the feedforward has it. */
 typedef struct {
   float inertia_kg_m2;     /* the largest */
   float stiffness_nm_rad;  /* of the bristles, s0 */
   float damping_nm_s_rad;  /* s1 + s2 */
   float proportional_gain; /* Nm s/rad */
   float integral_gain;     /* Nm/rad */
+  float filter_gain;       /* of the feedback, at 1 / (MOTION_PROOF_PERIOD_TICKS dt) */
+  float position_per_s;    /* of the position loop; 0: none */
   float observer_rad_s;    /* 0: no observer */
+  float observer_inertia_kg_m2;
+  float observer_viscous_nm_s_rad;
 } motion_proof_axis;
 
 /* All zero: nothing proven yet, no torque. */
@@ -55,7 +62,7 @@ typedef struct {
 float motion_proof_impedance(const motion_proof_axis *axis, float dt_s);
 
 /* Takes the rate of a tick in which `torque_nm` acted, and computes the torque for the next one. `limited`: the torque
- * could not act in full. */
+ * could not act in full. `axis` is read at the start of a window only: `proof->tick` is 0. */
 void motion_proof_step(motion_proof *proof, const motion_proof_limits *limits, const motion_proof_axis *axis,
                        float rate_rad_s, bool limited, float dt_s);
 

@@ -8,10 +8,10 @@
 
 control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s) {
   const scalar_range ranges[] = {
-      {params->torque_constant_nm_a, 1e-6f, 1e4f},
-      {params->current_limit_a, 0.0f, 1e4f},
-      {params->plant_inertia_kg_m2, 1e-9f, 1e5f},
-      {params->min_inertia_kg_m2, 1e-9f, 1e5f},
+      {params->torque_constant_nm_a, 1e-6f, 1e4f},  {params->current_limit_a, 0.0f, 1e4f},
+      {params->plant_inertia_kg_m2, 1e-9f, 1e5f},   {params->min_inertia_kg_m2, 1e-9f, 1e5f},
+      {params->plant_viscous_nm_s_rad, 0.0f, 1e4f}, {params->plant_stiffness_nm_rad, 0.0f, 1e9f},
+      {params->plant_damping_nm_s_rad, 0.0f, 1e6f},
   };
   if ((unsigned)params->gyro > (unsigned)GYRO_BELOW_JOINT) {
     return CONTROL_OUT_OF_RANGE;
@@ -122,9 +122,7 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
                               .maximum_nm = (torque_mode ? given_nm : all.maximum_nm) - added_nm};
   axis->signals.torque = speed_loop_control(&axis->speed, &params->speed, rates, &axis->signals.reference,
                                             applied_nm - axis->added_nm, &room, tick_s);
-  if (torque_mode) {
-    axis->signals.torque.limited = given_nm != command->torque_nm;
-  }
+  axis->signals.torque.limited = given_nm != command->torque_nm || (axis->signals.torque.limited && !torque_mode);
   axis->added_nm = added_nm;
   /* Limit again: the difference and the sum round. */
   axis->signals.torque.torque_nm =

@@ -49,11 +49,14 @@ typedef struct {
   target_tracker_params tracker; /* for joint_tracking.h and pointing.h */
   target_loss at_loss;
   current_loop_params current;
-  float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
-  float resistance_ohm;       /* of the winding, from the design of the current loop; for protection */
-  float current_limit_a;      /* 0 .. 1e4, both directions */
-  float plant_inertia_kg_m2;  /* as identified, 1e-9 .. 1e5: the largest */
-  float min_inertia_kg_m2;    /* 1e-9 .. 1e5; of the azimuth: at pitch 90 degrees, also beyond its travel */
+  float torque_constant_nm_a;   /* Kt, 1e-6 .. 1e4 */
+  float resistance_ohm;         /* of the winding, from the design of the current loop; for protection */
+  float current_limit_a;        /* 0 .. 1e4, both directions */
+  float plant_inertia_kg_m2;    /* as identified, 1e-9 .. 1e5: the largest */
+  float min_inertia_kg_m2;      /* 1e-9 .. 1e5; of the azimuth: at pitch 90 degrees, also beyond its travel */
+  float plant_viscous_nm_s_rad; /* of its seal, for protection: 0 .. 1e4 */
+  float plant_stiffness_nm_rad; /* 0 .. 1e9 */
+  float plant_damping_nm_s_rad; /* 0 .. 1e6 */
   gyro_mounting gyro;
 } servo_axis_params;
 

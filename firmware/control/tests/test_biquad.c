@@ -59,6 +59,7 @@ static void expect_response(const biquad_params *params, double complex expected
                             double tolerance) {
   CHECK_NEAR("gain and phase of the coefficients", 0.0, cabs(response_of(params, frequency_rad_s) - expected),
              tolerance);
+  CHECK_NEAR("gain", cabs(expected), biquad_gain(params, (float)frequency_rad_s * dt_s), tolerance + 1e-3);
 }
 
 static void test_pass_leaves_the_signal_as_it_is(void) {

@@ -152,6 +152,22 @@ static void test_a_torque_offset_takes_nothing_from_the_limits(void) {
   }
 }
 
+/* Then what is added to it cannot act. */
+static void test_a_torque_offset_beyond_the_limits_is_told(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_at_rest();
+    b.params.speed.pi.proportional_gain = 0.0f;
+    b.params.speed.pi.integral_gain = 0.0f;
+    b.params.speed.observer_on = false;
+    b.command = (servo_axis_command){.mode = SERVO_SPEED, .torque_nm = 49.0f * (float)side};
+    tick(&b);
+    TEST_ASSERT_FALSE(b.axis.signals.torque.limited);
+    b.command.torque_nm = 51.0f * (float)side;
+    tick(&b);
+    TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
+  }
+}
+
 static void test_a_torque_offset_carries_a_load_and_is_counted_once(void) {
   bench b = bench_at_rest();
   b.load_nm = 8.0;
@@ -485,6 +501,7 @@ int main(void) {
   RUN_TEST(test_other_gains_beside_a_torque_offset_make_no_step);
   RUN_TEST(test_speed_and_position_loops_keep_the_torque_limits_from_outside);
   RUN_TEST(test_a_torque_offset_takes_nothing_from_the_limits);
+  RUN_TEST(test_a_torque_offset_beyond_the_limits_is_told);
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
   RUN_TEST(test_a_pose_with_three_quarters_of_the_inertia_gets_three_quarters_of_the_torque);
