@@ -133,6 +133,20 @@ static loop_complex sensed(const loop_stability_input *in, rate_source source, c
   return over(add(scaled(blend, gyro), times(scaled(1.0f - blend, at.d), joint)), lag);
 }
 
+/* Rate set-point to what the set-point model shows of it, and to its acceleration. */
+static void shaped(const setpoint_model_params *model, float dt_s, circle at, loop_complex *rate,
+                   loop_complex *acceleration) {
+  *rate = real(1.0f);
+  *acceleration = real(0.0f);
+  if (model->gain_per_s > 0.0f) {
+    const loop_complex lag = add(real(1.0f - model->decay), scaled(model->decay, at.d)); /* 1 - decay q */
+    const loop_complex caught = scaled(model->gain_per_s * dt_s, at.q);
+    const loop_complex all = add(times(at.d, lag), caught);
+    *rate = over(caught, all);
+    *acceleration = over(scaled(model->gain_per_s, at.d), all);
+  }
+}
+
 /* Numerators of the controller over (1 - q)^poles. */
 typedef struct {
   loop_complex feedback;
@@ -150,7 +164,11 @@ static controller controller_at(const loop_stability_input *in, float share, cir
   const float proportional = share * pi->proportional_gain;
   const loop_complex integral = scaled(share * pi->integral_gain * in->dt_s, at.q);
   loop_complex feedback = add(scaled(proportional, zero), integral);
-  loop_complex reference = add(scaled(pi->setpoint_weight * proportional, zero), integral);
+  loop_complex shown;
+  loop_complex acceleration;
+  shaped(&in->speed.setpoint_model, in->dt_s, at, &shown, &acceleration);
+  loop_complex reference = add(times(add(scaled(pi->setpoint_weight * proportional, zero), integral), shown),
+                               scaled(share * in->speed.acceleration_inertia_kg_m2, times(acceleration, zero)));
   int poles = 0;
   if (integrates) {
     poles = 1;

@@ -12,6 +12,7 @@ control_status speed_loop_check(const speed_loop_params *params, float dt_s) {
       rate_fusion_check(&params->rate_fusion),
       biquad_check(&params->notch),
       biquad_check(&params->lowpass),
+      setpoint_model_check(&params->setpoint_model, dt_s),
       pi_controller_check(&params->pi, dt_s),
       scalar_check_ranges(&inertia, 1),
       disturbance_observer_check(&params->observer, dt_s),
@@ -66,6 +67,7 @@ void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, 
   const disturbance_observer_params observer = observer_for(params, state->pose.inertia_share);
   disturbance_observer_reset(&state->observer, &observer, rate_rad_s, dt_s);
   friction_feedforward_reset(&state->friction);
+  setpoint_model_reset(&state->setpoint_model, rate_rad_s);
   state->explained_nm = 0.0f;
 }
 

@@ -3,6 +3,8 @@
  *
  *     torque = PI(set-point, rate) + J * set-point acceleration + disturbance estimate + friction feedforward
  *
+ * The set-point is what the set-point model makes of the wanted one (speed_loop_shape).
+ *
  * The tick has two halves, because the outer loops run between them: `speed_loop_sense` turns samples into rates,
  * `speed_loop_control` turns a set-point into a torque. Both follow the block diagram in docs/theory.md from top to
  * bottom. Every torque already explained by friction feedforward is hidden from the disturbance observer.
@@ -25,6 +27,7 @@
 #include "control/pi_controller.h"
 #include "control/rate_estimator.h"
 #include "control/rate_fusion.h"
+#include "control/setpoint_model.h"
 
 #define SPEED_LOOP_FORGETS_PER_S 5.0f
 
@@ -40,6 +43,7 @@ typedef struct {
   rate_fusion_params rate_fusion;
   biquad_params notch;   /* on the feedback; biquad_pass() when not used */
   biquad_params lowpass; /* on the feedback; biquad_pass() when not used */
+  setpoint_model_params setpoint_model;
   pi_controller_params pi;
   float acceleration_inertia_kg_m2; /* J of the acceleration feedforward, 0 .. 1e5 */
   bool observer_on;
@@ -84,6 +88,7 @@ typedef struct {
   rate_fusion_state rate_fusion;
   biquad_state notch;
   biquad_state lowpass;
+  setpoint_model_state setpoint_model;
   pi_controller_state pi;
   disturbance_observer_state observer;
   friction_feedforward_state friction;
@@ -103,11 +108,6 @@ typedef struct {
   float rate_rad_s;       /* inertial rate before the filters, for the outer loops */
   float feedback_rad_s;   /* after notch and low-pass, for the speed controller */
 } speed_loop_rates;
-
-typedef struct {
-  float rate_rad_s;
-  float acceleration_rad_s2; /* 0 when unknown */
-} speed_reference;
 
 /* The torque that the drive can give now: minimum <= maximum. The two may have the same sign. */
 typedef struct {
@@ -144,6 +144,18 @@ void speed_loop_follow(speed_loop_state *state, const speed_loop_params *params,
 
 speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
                                   const speed_loop_samples *samples, float dt_s);
+
+/* Returns the set-point for `speed_loop_control`, from the wanted one: a jump becomes a motion that the axis can
+ * follow. */
+static inline speed_reference speed_loop_shape(speed_loop_state *state, const speed_loop_params *params,
+                                               const speed_reference *wanted, float dt_s) {
+  return setpoint_model_step(&state->setpoint_model, &params->setpoint_model, wanted, dt_s);
+}
+
+/* Lets the set-point start at this rate. Call it in a tick in which the loop is closed and nothing is wanted of it. */
+static inline void speed_loop_let_follow(speed_loop_state *state, float rate_rad_s) {
+  setpoint_model_reset(&state->setpoint_model, rate_rad_s);
+}
 
 /* Runs the control. `applied_nm` is the torque that the motor gave since the last tick: the last command, or as much of
  * it as the current loop could apply. */

@@ -48,7 +48,7 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
 /* NOLINTEND(bugprone-macro-parentheses) */
 
 #define AXIS_PARAMETERS(GROUP, REAL, DESIGNED, WHOLE, DIRECTION, END)                                                  \
-  GROUP(0x2000, 5, speed_loop, "Speed loop", "PI with set-point weight and acceleration feedforward")                  \
+  GROUP(0x2000, 6, speed_loop, "Speed loop", "PI with set-point model and acceleration feedforward")                   \
   REAL(0x2000, 1, DECIDES, speed_loop, proportional_nm_s_rad, 0.0f, 1e6f, 720.0f, "N m s/rad",                         \
        "Speed loop proportional gain", "2 zeta w J for damping ratio zeta and natural frequency w",                    \
        speed.pi.proportional_gain)                                                                                     \
@@ -63,6 +63,8 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
   REAL(0x2000, 5, 0, speed_loop, acceleration_inertia_kg_m2, 0.0f, 1e5f, 6.0f, "kg m^2",                               \
        "Acceleration feedforward inertia", "Torque per commanded acceleration; 0: off",                                \
        speed.acceleration_inertia_kg_m2)                                                                               \
+  DESIGNED(0x2000, 6, DECIDES, speed_loop, setpoint_model_rad_s, 0.0f, 1000.0f, 0.0f, "rad/s",                         \
+       "Set-point model frequency", "A jump of the set-point moves as a second-order system; 0: off, else from 100")   \
   END(speed_loop)                                                                                                      \
                                                                                                                        \
   GROUP(0x2010, 3, position_loop, "Position loop", "Computes the rate set-point from the angle error")                 \

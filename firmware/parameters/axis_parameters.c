@@ -115,6 +115,14 @@ static parameter_refusal design_lowpass(const axis_parameters *p, biquad_params 
   return (parameter_refusal){.status = CONTROL_OK};
 }
 
+static parameter_refusal design_setpoint_model(const axis_parameters *p, setpoint_model_params *model) {
+  const control_status status = setpoint_model_design(model, p->speed_loop.setpoint_model_rad_s, SERVO_TICK_S);
+  if (status != CONTROL_OK) {
+    return refuse(status, PARAMETER_OBJECT(0x2000, 6), 0, SETPOINT_MODEL_LOWEST_RAD_S, SETPOINT_MODEL_HIGHEST_RAD_S);
+  }
+  return (parameter_refusal){.status = CONTROL_OK};
+}
+
 /* --- into the blocks ---------------------------------------------------------------------------------------------- */
 
 /* What the list says to copy; one value has two users. */
@@ -149,6 +157,9 @@ static parameter_refusal build(const axis_parameters *p, servo_axis_params *all)
   }
   if (refusal.status == CONTROL_OK) {
     refusal = check_direction(&p->friction.negative, p->friction.stiffness_nm_rad, 11);
+  }
+  if (refusal.status == CONTROL_OK) {
+    refusal = design_setpoint_model(p, &all->speed.setpoint_model);
   }
   if (refusal.status == CONTROL_OK) {
     refusal = design_notch(p, &all->speed.notch);

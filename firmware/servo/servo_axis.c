@@ -58,33 +58,34 @@ static bool command_is_plausible(const servo_axis_command *command) {
          scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) && (limits_plausible || !command->torque_limited);
 }
 
-/* It is the joint whose position is held: what others know of the base's rate is no part of it. */
-static speed_reference position_reference(const servo_axis *axis, const servo_axis_params *params,
-                                          const servo_axis_command *command, angle_turn32 joint_angle) {
+static speed_reference position_reference(const servo_axis_params *params, const servo_axis_command *command,
+                                          angle_turn32 joint_angle) {
   const float rate_rad_s =
       position_loop_rate(&params->position, command->position, joint_angle, command->speed.rate_rad_s);
   const float limit_rad_s = command->rate_limit_rad_s > 0.0f ? command->rate_limit_rad_s : SERVO_PLAUSIBLE_RATE_RAD_S;
-  return (speed_reference){
-      .rate_rad_s = scalar_clamp(rate_rad_s, -limit_rad_s, limit_rad_s) + axis->speed.carried_rad_s,
-      .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
+  return (speed_reference){.rate_rad_s = scalar_clamp(rate_rad_s, -limit_rad_s, limit_rad_s),
+                           .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
 }
 
-static speed_reference choose_reference(const servo_axis *axis, const servo_axis_params *params,
+/* What the speed loop shall do in this tick. */
+static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
                                         const servo_axis_command *command, const servo_axis_samples *samples,
-                                        const speed_loop_rates *rates) {
-  switch (axis->mode) {
-    case SERVO_POSITION:
-      return position_reference(axis, params, command, samples->sensors.joint_angle_turn32);
-    case SERVO_SPEED:
-      return command->speed;
-    case SERVO_TORQUE: /* no error: the integral of the speed loop follows the applied torque */
-      return (speed_reference){.rate_rad_s = rates->feedback_rad_s};
-    case SERVO_OFF:
-    case SERVO_BRAKE:
-    case SERVO_PROTECTIVE_STOP:
-    default:
-      return (speed_reference){0};
+                                        const speed_loop_rates *rates, float tick_s) {
+  if (axis->mode == SERVO_TORQUE) { /* no error: the integral of the speed loop follows the applied torque */
+    speed_loop_let_follow(&axis->speed, rates->feedback_rad_s);
+    return (speed_reference){.rate_rad_s = rates->feedback_rad_s};
   }
+  if (!servo_mode_closes(axis->mode)) {
+    return (speed_reference){0};
+  }
+  const bool holds_position = axis->mode == SERVO_POSITION;
+  const speed_reference wanted =
+      holds_position ? position_reference(params, command, samples->sensors.joint_angle_turn32) : command->speed;
+  speed_reference reference = speed_loop_shape(&axis->speed, &params->speed, &wanted, tick_s);
+  if (holds_position) { /* the joint's: what others know of the base's rate is no part of it */
+    reference.rate_rad_s += axis->speed.carried_rad_s;
+  }
+  return reference;
 }
 
 static void open_loops(servo_axis *axis, servo_mode mode) {
@@ -175,7 +176,7 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
   if (closes) {
     speed_loop_close(&axis->speed, &params->speed, &rates, tick_s);
   }
-  const speed_reference reference = choose_reference(axis, params, command, samples, &rates);
+  const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
   axis->signals.rates = rates;
   axis->signals.reference = reference;
   if (axis->mode == SERVO_PROTECTIVE_STOP) {

@@ -88,6 +88,7 @@ void set_speed_loop(axis_parameters& p, const PlantConfig& plant, int axis, cons
   const float inertia_kg_m2 = to_float(believed_inertia_kg_m2);
   const double limit_nm = plant.axis[i].motor.current_limit_a * plant.axis[i].motor.torque_constant_nm_a;
   p.speed_loop.acceleration_inertia_kg_m2 = inertia_kg_m2;
+  p.speed_loop.setpoint_model_rad_s = to_float(2.0 * kPi * design.setpoint_model_hz);
   p.observer.on = spec.observer ? 1U : 0U;
   p.observer.inertia_kg_m2 = inertia_kg_m2;
   p.observer.bandwidth_rad_s = to_float(2.0 * kPi * design.observer_bandwidth_hz);
@@ -270,6 +271,7 @@ gain_design::GainRequirements gain_requirements(const PlantConfig& plant, int ax
   requirements.speed_loop_natural_frequency_rad_s = design.speed_loop_natural_frequency_rad_s;
   requirements.speed_loop_damping = design.speed_loop_damping;
   requirements.setpoint_weight = design.setpoint_weight;
+  requirements.setpoint_model_hz = design.setpoint_model_hz;
   requirements.observer_bandwidth_hz = design.observer_bandwidth_hz;
   requirements.least = kMinMargins;
   requirements.tracking_bandwidth_hz =

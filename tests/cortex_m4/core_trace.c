@@ -46,6 +46,8 @@ void trace_visit_params(const trace_visitor *visitor, servo_params *params) {
     servo_axis_params *axis = &params->axis[i];
     AXIS_PARAMETERS(VISIT_NOTHING, VISIT_REAL, VISIT_NOTHING, VISIT_WHOLE, VISIT_DIRECTION, VISIT_NOTHING)
     FLOAT(axis->tracker.rate_limit_rad_s);
+    FLOAT(axis->speed.setpoint_model.decay);
+    FLOAT(axis->speed.setpoint_model.gain_per_s);
     visit_biquad(visitor, &axis->speed.notch);
     visit_biquad(visitor, &axis->speed.lowpass);
     visit_pi(visitor, &axis->current.pi);

@@ -17,6 +17,7 @@ enum { COUNTED_TICKS = 4000, POINTING_LIMIT = 1300 };
 
 static cost_row speed_loop = {.name = "speed loop, one axis", .limit = 600};
 static cost_row any_speed_loop = {.name = "speed loop, any rate, window of 16", .limit = 600};
+static cost_row model_row = {.name = "set-point model, one axis", .limit = 40};
 static cost_row motor = {.name = "motor stage, one axis", .limit = 250};
 static cost_row pointing_row = {.name = "pointing of both axes", .limit = POINTING_LIMIT};
 static cost_row *counted_speed_loop = &speed_loop;
@@ -83,6 +84,19 @@ static void sweep_speed_loop(void) {
   }
 }
 
+static void sweep_setpoint_model(void) {
+  bench b = bench_at_rest();
+  (void)setpoint_model_design(&b.params.speed.setpoint_model, 400.0f, dt_s);
+  static volatile float sink;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const speed_reference wanted = {.rate_rad_s = tick % 20 < 10 ? 0.1f : -0.1f, .acceleration_rad_s2 = 1.0f};
+    const uint32_t start = instruction_count_now();
+    const speed_reference reference = speed_loop_shape(&b.axis.speed, &b.params.speed, &wanted, dt_s);
+    cost_row_add(&model_row, instruction_count_since(start));
+    sink = reference.rate_rad_s + reference.acceleration_rad_s2;
+  }
+}
+
 /* Frames of every age, and a pitch through the zenith, where all branches are taken. */
 static void sweep_pointing(void) {
   static pointing both;
@@ -116,10 +130,12 @@ int main(int argc, char **argv) {
     good = core_replay(argv[i], NULL, COUNTED_TICKS) && good;
   }
   sweep_speed_loop();
+  sweep_setpoint_model();
   sweep_pointing();
   cost_table_head();
   good = cost_row_print(&speed_loop) && good;
   good = cost_row_print(&any_speed_loop) && good;
+  good = cost_row_print(&model_row) && good;
   good = cost_row_print(&motor) && good;
   good = cost_row_print(&pointing_row) && good;
   return good ? 0 : 1;

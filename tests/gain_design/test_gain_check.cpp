@@ -170,10 +170,26 @@ class Loop {
     return d(in_.tracker.proportional_per_s) * error + integral(d(in_.tracker.integral_per_s2), error).second;
   }
 
-  Row controlled(const Row& reference, const Row& feedback) {
+  // Rate and acceleration.
+  std::pair<Row, Row> shaped(const Row& reference) {
+    const setpoint_model_params& model = in_.speed.setpoint_model;
+    if (model.gain_per_s == 0.0F) {
+      return {reference, Row::Zero(kStates)};
+    }
+    const int place = used_;
+    const Row rate = state();
+    const Row catch_up = d(model.decay) * state() - d(model.gain_per_s) * (reference - rate);
+    next_.emplace_back(place, rate - kTick_s * catch_up);
+    next_.emplace_back(place + 1, catch_up);
+    return {rate, -catch_up};
+  }
+
+  Row controlled(const Row& wanted, const Row& feedback) {
     const pi_controller_params& pi = in_.speed.pi;
     const double share = in_.gains_follow ? inertia_ / d(in_.plant.inertia_kg_m2) : 1.0;
-    Row torque = share * d(pi.proportional_gain) * (d(pi.setpoint_weight) * reference - feedback) +
+    const auto [reference, acceleration] = shaped(wanted);
+    Row torque = share * d(in_.speed.acceleration_inertia_kg_m2) * acceleration +
+                 share * d(pi.proportional_gain) * (d(pi.setpoint_weight) * reference - feedback) +
                  integral(share * d(pi.integral_gain), reference - feedback).first;
     if (in_.speed.observer_on) {
       const disturbance_observer_params& o = in_.speed.observer;
@@ -268,6 +284,10 @@ class Draw {
     p.pi.integral_gain = rarely(0.4) ? any(1.0, 1e8) : natural_rad_s * natural_rad_s * inertia;
     p.pi.integral_gain = rarely(0.1) ? 0.0F : p.pi.integral_gain;
     p.pi.setpoint_weight = within(0.1, 1.0);
+    p.acceleration_inertia_kg_m2 = rarely(0.3) ? any(0.1, 100.0) : inertia;
+    if (rarely(0.4)) {
+      (void)setpoint_model_design(&p.setpoint_model, within(100.0, 1000.0), 1e-3F);
+    }
     p.observer_on = rarely(0.6);
     p.observer.inertia_kg_m2 = rarely(0.3) ? any(0.1, 1000.0) : inertia;
     p.observer.viscous_nm_s_rad = rarely(0.2) ? any(0.1, 100.0) : 0.0F;

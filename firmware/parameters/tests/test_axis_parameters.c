@@ -207,6 +207,14 @@ static void test_bristles_too_soft_for_the_breakaway_torque_are_named(void) {
   TEST_ASSERT_EQUAL(CONTROL_OK, axis_parameters_check(&p).status);
 }
 
+static void test_a_setpoint_model_is_off_or_fast(void) {
+  axis_parameters p = defaults;
+  p.speed_loop.setpoint_model_rad_s = 99.0f;
+  expect(&p, PARAMETER_OBJECT(0x2000, 6), 0, 100.0f, 1000.0f);
+  p.speed_loop.setpoint_model_rad_s = 100.0f;
+  TEST_ASSERT_EQUAL(CONTROL_OK, axis_parameters_check(&p).status);
+}
+
 static void test_filters_that_cannot_be_designed_name_frequency_or_width(void) {
   axis_parameters p = defaults;
   p.filters.notch_hz = 0.5f;
@@ -273,6 +281,7 @@ int main(void) {
   RUN_TEST(test_the_blocks_refuse_what_the_list_refuses);
   RUN_TEST(test_breakaway_below_coulomb_torque_is_named_with_the_coulomb_torque);
   RUN_TEST(test_bristles_too_soft_for_the_breakaway_torque_are_named);
+  RUN_TEST(test_a_setpoint_model_is_off_or_fast);
   RUN_TEST(test_filters_that_cannot_be_designed_name_frequency_or_width);
   RUN_TEST(test_whatever_is_refused_has_a_name_and_is_taken_with_what_would_be_right);
   return UNITY_END();

@@ -4,6 +4,6 @@
 #define TRACKSERVO_PRODUCTS_BRUSHED_TRACKER_DEFAULT_SCHEMA_H
 
 /* Object 3030:2, see node/schema_hash.h. */
-#define DEFAULT_SCHEMA_HASH 0x37A063DCu
+#define DEFAULT_SCHEMA_HASH 0x699F9E75u
 
 #endif

@@ -183,6 +183,46 @@ static void test_a_torque_offset_carries_a_load_and_is_counted_once(void) {
   CHECK_NEAR("load that the observer still sees, Nm", 0.0, b.axis.signals.torque.disturbance_nm, 0.01);
 }
 
+/* Of a jump by 1 mrad/s, in percent, with gains of little damping (0.3). */
+static double overshoot(float model_rad_s) {
+  bench b = bench_at_rest();
+  b.params.speed.pi.proportional_gain = 360.0f;
+  b.params.speed.pi.integral_gain = 18000.0f;
+  b.params.speed.observer_on = false;
+  CHECK_STATUS(CONTROL_OK, setpoint_model_design(&b.params.speed.setpoint_model, model_rad_s, dt_s));
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 1e-3f}};
+  double highest_rad_s = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    tick(&b);
+    highest_rad_s = fmax(highest_rad_s, b.rate_rad_s);
+  }
+  CHECK_NEAR("rate, rad/s", 1e-3, b.rate_rad_s, 2e-5);
+  return 100.0 * (highest_rad_s / 1e-3 - 1.0);
+}
+
+static void test_with_a_setpoint_model_a_jump_hardly_overshoots_whatever_the_gains(void) {
+  CHECK_AT_LEAST("overshoot without a model, %", 30.0, overshoot(0.0f));
+  CHECK_AT_MOST("overshoot with a model, %", 4.0, overshoot(400.0f));
+}
+
+static void test_the_setpoint_model_begins_at_the_rate_at_which_the_loop_is_closed(void) {
+  bench b = bench_at_rest();
+  CHECK_STATUS(CONTROL_OK, setpoint_model_design(&b.params.speed.setpoint_model, 400.0f, dt_s));
+  b.rate_rad_s = 0.01;
+  ticks(&b, 5);
+  b.command = (servo_axis_command){.mode = SERVO_SPEED};
+  tick(&b);
+  CHECK_NEAR("set-point, rad/s", 0.01, b.axis.signals.reference.rate_rad_s, 1e-5);
+  b.command.mode = SERVO_TORQUE;
+  b.rate_rad_s = 0.02;
+  ticks(&b, 5);
+  b.command.mode = SERVO_SPEED;
+  tick(&b);
+  CHECK_NEAR("set-point after a torque mode, rad/s", 0.02, b.axis.signals.reference.rate_rad_s, 1e-3);
+  ticks(&b, 100);
+  CHECK_NEAR("set-point, rad/s", 0.0, b.axis.signals.reference.rate_rad_s, 1e-9);
+}
+
 static void test_position_mode_passes_the_acceleration_on(void) {
   bench b = bench_at_rest();
   b.command = (servo_axis_command){.mode = SERVO_POSITION, .speed = {.acceleration_rad_s2 = 0.1f}};
@@ -503,6 +543,8 @@ int main(void) {
   RUN_TEST(test_a_torque_offset_takes_nothing_from_the_limits);
   RUN_TEST(test_a_torque_offset_beyond_the_limits_is_told);
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
+  RUN_TEST(test_with_a_setpoint_model_a_jump_hardly_overshoots_whatever_the_gains);
+  RUN_TEST(test_the_setpoint_model_begins_at_the_rate_at_which_the_loop_is_closed);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
   RUN_TEST(test_a_pose_with_three_quarters_of_the_inertia_gets_three_quarters_of_the_torque);
   RUN_TEST(test_a_gyro_that_measures_a_share_of_the_rate_shows_the_rate);

@@ -48,11 +48,22 @@ void set_lead_limit(const IdentifiedPlant& plant, axis_parameters& p, std::vecto
   }
 }
 
+// With little damping a plain step overshoots.
+double setpoint_model_rad_s(const GainRequirements& requirements) {
+  constexpr double kFast_hz = 64.0;
+  return 2.0 * M_PI * requirements.setpoint_model_hz.value_or(requirements.least_rate_error ? kFast_hz : 0.0);
+}
+
+double setpoint_weight(const GainRequirements& requirements) {
+  return requirements.setpoint_weight.value_or(setpoint_model_rad_s(requirements) > 0.0 ? 1.0 : 0.8);
+}
+
 // Everything except PI, filters and outer loops.
 axis_parameters with_plant(const IdentifiedPlant& plant, const GainRequirements& requirements,
                            const axis_parameters& present, std::vector<std::string>& notes) {
   axis_parameters p = present;
-  p.speed_loop.setpoint_weight = to_float(requirements.setpoint_weight);
+  p.speed_loop.setpoint_model_rad_s = to_float(setpoint_model_rad_s(requirements));
+  p.speed_loop.setpoint_weight = to_float(setpoint_weight(requirements));
   p.speed_loop.acceleration_inertia_kg_m2 = to_float(plant.inertia_kg_m2);
   p.observer.on = 1;
   p.observer.inertia_kg_m2 = to_float(plant.inertia_kg_m2);

@@ -30,7 +30,8 @@ struct GainRequirements {
   std::optional<double> speed_loop_bandwidth_hz;             // of PI alone with set-point weight 1, sliding
   std::optional<double> speed_loop_natural_frequency_rad_s;  // the same in another form; at most one of the two
   std::optional<double> speed_loop_damping;
-  double setpoint_weight = 0.8;
+  std::optional<double> setpoint_weight;    // absent: 1 with a set-point model, else 0.8
+  std::optional<double> setpoint_model_hz;  // 0: none; absent: 64 Hz for the least rate error, else 0
   std::optional<double> observer_bandwidth_hz;
   std::optional<Disturbance> disturbance;  // absent: that of the identification
   bool least_rate_error = false;           // with this disturbance; otherwise as fast as possible

@@ -26,6 +26,7 @@ const std::vector<RequirementKey>& requirement_keys() {
       {"speed_loop_bandwidth_hz", 0.01, 300.0, [](GainRequirements& w, double x) { w.speed_loop_bandwidth_hz = x; }},
       {"speed_loop_damping", 0.1, 10.0, [](GainRequirements& w, double x) { w.speed_loop_damping = x; }},
       {"setpoint_weight", 0.0, 1.0, [](GainRequirements& w, double x) { w.setpoint_weight = x; }},
+      {"setpoint_model_hz", 0.0, 159.0, [](GainRequirements& w, double x) { w.setpoint_model_hz = x; }},
       {"observer_bandwidth_hz", 0.01, 159.0, [](GainRequirements& w, double x) { w.observer_bandwidth_hz = x; }},
       {"disturbance_rms_nm", 1e-9, 1e5, [](GainRequirements& w, double x) { disturbance_of(w).rms_nm = x; }},
       {"disturbance_corner_hz", 0.001, 100.0, [](GainRequirements& w, double x) { disturbance_of(w).corner_hz = x; }},

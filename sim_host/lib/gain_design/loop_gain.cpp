@@ -74,13 +74,32 @@ struct ControllerResponse {
   Complex feedback;  // measured rate to minus torque
 };
 
+// The difference equations of setpoint_model.h, for a set-point whose acceleration is not announced.
+struct ShownSetPoint {
+  Complex rate;          // set-point to rate
+  Complex acceleration;  // set-point to acceleration
+};
+
+ShownSetPoint shown_set_point(const setpoint_model_params& p, Complex z_inverse) {
+  if (p.gain_per_s == 0.0F) {
+    return {1.0, 0.0};
+  }
+  const double gain_per_s = static_cast<double>(p.gain_per_s);
+  const Complex lag = 1.0 - static_cast<double>(p.decay) * z_inverse;
+  const Complex caught = gain_per_s * kTick_s * z_inverse;
+  const Complex all = (1.0 - z_inverse) * lag + caught;
+  return {caught / all, gain_per_s * (1.0 - z_inverse) / all};
+}
+
 // The difference equations of pi_controller.c and disturbance_observer.c.
-ControllerResponse controller(const speed_loop_params& p, Complex z_inverse, double setpoint_weight) {
+ControllerResponse controller(const speed_loop_params& p, Complex z_inverse) {
   const double kp = static_cast<double>(p.pi.proportional_gain);
   const double ki = static_cast<double>(p.pi.integral_gain);
   const Complex integral = ki * kTick_s * z_inverse / (1.0 - z_inverse);
   const Complex pi = kp + integral;
-  const Complex set_point = setpoint_weight * kp + integral;
+  const ShownSetPoint shown = shown_set_point(p.setpoint_model, z_inverse);
+  const Complex set_point = (static_cast<double>(p.pi.setpoint_weight) * kp + integral) * shown.rate +
+                            static_cast<double>(p.acceleration_inertia_kg_m2) * shown.acceleration;
   if (p.observer_on) {
     const double blend = 1.0 - std::exp(-static_cast<double>(p.observer.bandwidth_rad_s) * kTick_s);
     const double momentum = blend * static_cast<double>(p.observer.inertia_kg_m2) / kTick_s;
@@ -95,12 +114,11 @@ ControllerResponse controller(const speed_loop_params& p, Complex z_inverse, dou
 
 }  // namespace
 
-LoopTransfers loop_transfers(const LinearMachine& machine, const speed_loop_params& params, double frequency_hz,
-                             double setpoint_weight) {
+LoopTransfers loop_transfers(const LinearMachine& machine, const speed_loop_params& params, double frequency_hz) {
   const Complex s(0.0, 2.0 * M_PI * frequency_hz);
   const Complex z_inverse = std::exp(-s * kTick_s);
   const SensorWeights weights = sensor_weights(params, z_inverse);
-  const ControllerResponse c = controller(params, z_inverse, setpoint_weight);
+  const ControllerResponse c = controller(params, z_inverse);
   LoopTransfers at;
   at.mechanics = mechanics(machine, s);
   at.drive = actuation(machine, s) * at.mechanics;
@@ -142,15 +160,22 @@ FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_l
 }
 
 std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
-                                      double frequency_hz, double setpoint_weight) {
-  const LoopTransfers at = loop_transfers(machine, params, frequency_hz, setpoint_weight);
+                                      double frequency_hz) {
+  const LoopTransfers at = loop_transfers(machine, params, frequency_hz);
   return at.drive * at.forward / (1.0 + at.loop_gain());
 }
 
+speed_loop_params with_plain_set_point(speed_loop_params params) {
+  params.setpoint_model = {};
+  params.pi.setpoint_weight = 1.0F;
+  return params;
+}
+
 double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params) {
+  const speed_loop_params plain = with_plain_set_point(params);
   double bandwidth_hz = 0.0;
   for (const double f_hz : log_space(0.02, 400.0, 2000)) {
-    if (std::abs(closed_loop_gain(machine, params, f_hz)) < M_SQRT1_2) {
+    if (std::abs(closed_loop_gain(machine, plain, f_hz)) < M_SQRT1_2) {
       break;
     }
     bandwidth_hz = f_hz;

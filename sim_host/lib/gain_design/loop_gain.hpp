@@ -48,8 +48,7 @@ struct LoopTransfers {
   std::complex<double> loop_gain() const { return drive * sensor * feedback; }
 };
 
-LoopTransfers loop_transfers(const LinearMachine& machine, const speed_loop_params& params, double frequency_hz,
-                             double setpoint_weight = 1.0);
+LoopTransfers loop_transfers(const LinearMachine& machine, const speed_loop_params& params, double frequency_hz);
 
 struct FrequencyResponse {
   std::vector<double> frequency_hz;
@@ -63,12 +62,16 @@ std::vector<double> log_space_with_modes(const LinearMachine& machine, double fi
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz);
 
-// Returns the closed-loop set-point response at one frequency: joint rate over set-point.
+// Returns the closed-loop set-point response at one frequency: joint rate over set-point, with set-point weight and
+// set-point model.
 std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
-                                      double frequency_hz, double setpoint_weight = 1.0);
+                                      double frequency_hz);
 
-// Returns the bandwidth of the closed-loop set-point response with set-point weight 1 (the usual meaning of "speed-loop
-// bandwidth"): the highest frequency below which it stays above -3 dB, in Hz.
+// Returns the loop with set-point weight 1 and without a set-point model.
+speed_loop_params with_plain_set_point(speed_loop_params params);
+
+// Returns the bandwidth of the closed-loop set-point response with set-point weight 1 and no model (the usual
+// meaning of "speed-loop bandwidth"): the highest frequency below which it stays above -3 dB, in Hz.
 double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params);
 
 }  // namespace trackservo::gain_design

@@ -20,15 +20,13 @@ double tracking_frequency_rad_s(double bandwidth_hz, double delay_s) {
 
 Margins outer_margins(const std::vector<LinearMachine>& machines, const speed_loop_params& speed_loop,
                       const OuterLoop& outer) {
-  const double weight = static_cast<double>(speed_loop.pi.setpoint_weight);
   Margins worst;
   for (std::size_t i = 0; i < machines.size(); ++i) {
     FrequencyResponse response{log_space(0.01, 450.0, 800), {}};
     for (const double f_hz : response.frequency_hz) {
       const std::complex<double> s(0.0, 2.0 * M_PI * f_hz);
       response.loop_gain.push_back((outer.proportional_per_s + outer.integral_per_s2 / s) / s *
-                                   std::exp(-s * outer.delay_s) *
-                                   closed_loop_gain(machines[i], speed_loop, f_hz, weight));
+                                   std::exp(-s * outer.delay_s) * closed_loop_gain(machines[i], speed_loop, f_hz));
     }
     const Margins margins = margins_of(response);
     worst = i == 0 ? margins : worst;

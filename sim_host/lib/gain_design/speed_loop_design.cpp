@@ -224,7 +224,8 @@ void design_speed_loop(const IdentifiedPlant& plant, const GainRequirements& req
                     search.error({}, true)));
   }
   parameters = with_filters(parameters, choice->filters);
-  const PiRequirement pi{choice->gains.natural_rad_s, choice->gains.damping, requirements.setpoint_weight};
+  const PiRequirement pi{choice->gains.natural_rad_s, choice->gains.damping,
+                         static_cast<double>(parameters.speed_loop.setpoint_weight)};
   set_pi(parameters, pi_params(pi, plant.inertia_kg_m2));
   parameters.observer.bandwidth_rad_s = static_cast<float>(choice->gains.observer_rad_s);
   parameters.sensors.crossover_rad_s = static_cast<float>(choice->gains.crossover_rad_s);

@@ -24,7 +24,7 @@ void set_pi(axis_parameters& parameters, const pi_controller_params& pi) {
 
 double natural_frequency_rad_s(const LinearMachine& sliding, const speed_loop_params& loop, double bandwidth_hz,
                                double damping) {
-  speed_loop_params alone = pi_alone(loop);
+  speed_loop_params alone = with_plain_set_point(pi_alone(loop));
   double natural_rad_s = 0.0;
   double low = 0.01 * bandwidth_hz;
   double high = 2.0 * M_PI * bandwidth_hz;

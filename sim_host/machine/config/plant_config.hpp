@@ -161,6 +161,7 @@ struct DesignConfig {
   double fusion_crossover_hz = 10;
   int rate_window_ticks = 2;
   double setpoint_weight = 1;
+  double setpoint_model_hz = 0;
   double current_loop_bandwidth_hz = 1000;
 };
 

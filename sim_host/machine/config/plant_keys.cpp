@@ -336,6 +336,9 @@ const Keys<DesignConfig>& design_keys() {
              "window of the encoder's rate estimate; 2 has the least delay, more reduce the phase margin"),
       number("setpoint_weight", unit::kNone, {0, 1}, &Config::setpoint_weight,
              "set-point weight of the proportional part"),
+      number("setpoint_model_hz", unit::kHertz, {0, 159}, &Config::setpoint_model_hz,
+             "natural frequency of the set-point model; 0: none, else from 16 Hz")
+          .or_else(0),
       number("current_loop_bandwidth_hz", unit::kHertz, {10, 2500}, &Config::current_loop_bandwidth_hz,
              "closed-loop bandwidth of the current loop"),
   };

@@ -162,8 +162,8 @@ class Axis(NamedParameters):
     def design(self, folder: File, *, unlock: bool = False, **requirements: float) -> Proposal:
         """Gains from the identification in `folder`, beside the present ones, as `servoctl tune --dry-run`; nothing changes.
 
-        `requirements` are those of `servoctl tune`: bandwidth_hz, damping, setpoint_weight, observer_hz, least_error,
-        disturbance_nm, disturbance_hz, gain_margin_db, phase_margin_deg, torque_noise_nm, tracking_hz, position_hz; what is
+        `requirements` are those of `servoctl tune`: bandwidth_hz, damping, setpoint_weight, setpoint_model_hz, observer_hz,
+        least_error, disturbance_nm, disturbance_hz, gain_margin_db, phase_margin_deg, torque_noise_nm, tracking_hz, position_hz; what is
         not given is chosen. With `unlock` the identified
         plant (2056) is part of it. Raises InputError.
         """

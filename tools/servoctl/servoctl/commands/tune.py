@@ -42,6 +42,10 @@ RATIO = Quantity("", above=0.0)
 @click.option("--bandwidth-hz", type=FREQUENCY, help="Bandwidth of the speed loop with its PI controller alone.")
 @click.option("--damping", type=RATIO, help="Damping of the speed loop.")
 @click.option("--setpoint-weight", type=Quantity("", low=0.0, high=1.0), help="Set-point weight.")
+@click.option(
+    "--setpoint-model-hz", type=Quantity("Hz", low=0.0, high=159.0),
+    help="Natural frequency of the set-point model; 0: none (default: 64 for --least-error, else none).",
+)  # fmt: skip
 @click.option("--observer-hz", type=FREQUENCY, help="Bandwidth of the disturbance observer.")
 @click.option(
     "--least-error", is_flag=True, default=None,

@@ -41,6 +41,7 @@ REQUIREMENT_KEYS = {
     "bandwidth_hz": "speed_loop_bandwidth_hz",
     "damping": "speed_loop_damping",
     "setpoint_weight": "setpoint_weight",
+    "setpoint_model_hz": "setpoint_model_hz",
     "observer_hz": "observer_bandwidth_hz",
     "least_error": "least_rate_error",
     "disturbance_nm": "disturbance_rms_nm",

@@ -57,7 +57,8 @@ _NAME = re.compile(r"identify-(azimuth|pitch)-[0-9]{8}T[0-9]{6}Z")
 _FILE = re.compile(r"[A-Za-z0-9_-]+\.(html|json|csv|toml)")
 LABELS = {
     "speed_loop_bandwidth_hz": "bandwidth of the speed loop", "speed_loop_damping": "damping of the speed loop",
-    "setpoint_weight": "set-point weight", "observer_bandwidth_hz": "bandwidth of the observer",
+    "setpoint_weight": "set-point weight", "setpoint_model_hz": "frequency of the set-point model",
+    "observer_bandwidth_hz": "bandwidth of the observer",
     "disturbance_rms_nm": "slow torque from outside, rms", "disturbance_corner_hz": "its corner frequency",
     "least_gain_margin_db": "smallest gain margin", "least_phase_margin_deg": "smallest phase margin",
     "most_torque_noise_nm": "largest torque noise", "tracking_bandwidth_hz": "bandwidth of the tracking loop",

@@ -16,7 +16,8 @@ const STEPS = {
 };
 const REQUIREMENTS = [
   ["speed_loop_bandwidth_hz", "bandwidth of the speed loop", "Hz"], ["speed_loop_damping", "damping of the speed loop", ""],
-  ["setpoint_weight", "set-point weight", ""], ["observer_bandwidth_hz", "bandwidth of the observer", "Hz"],
+  ["setpoint_weight", "set-point weight", ""], ["setpoint_model_hz", "frequency of the set-point model", "Hz"],
+  ["observer_bandwidth_hz", "bandwidth of the observer", "Hz"],
   ["disturbance_rms_nm", "slow torque from outside, rms", "N m"], ["disturbance_corner_hz", "its corner frequency", "Hz"],
   ["least_gain_margin_db", "smallest gain margin", "dB"], ["least_phase_margin_deg", "smallest phase margin", "°"],
   ["most_torque_noise_nm", "largest torque noise", "N m"], ["tracking_bandwidth_hz", "bandwidth of the tracking loop", "Hz"],
