@@ -400,7 +400,9 @@ static fault_set judge_slowly(axis_monitor *monitor, const protection_motor *mot
   return monitor->slow.found;
 }
 
-motion_proof_axis axis_monitor_opposition(const servo_axis_params *params) {
+/* What opposes the test torque of a standing axis: the identified plant (2056), whatever its friction model says, and
+ * its gains. */
+static motion_proof_axis opposition_of(const servo_axis_params *params) {
   const speed_loop_params *speed = &params->speed;
   const float omega_rad = 2.0f * SCALAR_PI / (float)MOTION_PROOF_PERIOD_TICKS;
   return (motion_proof_axis){
@@ -436,7 +438,7 @@ static fault_set prove_motion(axis_monitor *monitor, const servo_axis *axis, con
   const float motor_nm = params->current_limit_a * params->torque_constant_nm_a;
   const motion_proof_limits limits = {.answer_rad_s = monitor->limits.proof_rad_s, .most_nm = PROOF_SHARE * motor_nm};
   const motion_proof_axis opposition =
-      monitor->proof.tick == 0 ? axis_monitor_opposition(params) : (motion_proof_axis){.inertia_kg_m2 = 0.0f};
+      monitor->proof.tick == 0 ? opposition_of(params) : (motion_proof_axis){.inertia_kg_m2 = 0.0f};
   const bool limited = monitor->seen.limited || monitor->torque_nm <= 0.1f * motor_nm || monitor->may_shake;
   motion_proof_step(&monitor->proof, &limits, &opposition, monitor->seen.rate_rad_s, limited, SERVO_TICK_S);
   return bit_if(monitor->proof.unanswered, FAULT_NO_ANSWER);

@@ -86,10 +86,6 @@ typedef struct {
 /* Runs the slow monitors, for which a delay of a tick does not matter. Call after each tick, in the deferred task. */
 void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, const axis_monitor_setting *setting);
 
-/* Returns what opposes the test torque of a standing axis: the identified plant (2056), whatever its friction
- * model says, and its gains. */
-motion_proof_axis axis_monitor_opposition(const servo_axis_params *params);
-
 /* Forgets an oscillation that the old gains caused. Call when the gains have changed. */
 void axis_monitor_retuned(axis_monitor *monitor);
 

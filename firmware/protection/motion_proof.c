@@ -28,19 +28,24 @@ float motion_proof_impedance(const motion_proof_axis *axis, float dt_s) {
 
 static void begin_window(motion_proof *proof, const motion_proof_limits *limits, const motion_proof_axis *axis,
                          float dt_s) {
-  proof->amplitude_nm = 2.0f * limits->answer_rad_s * motion_proof_impedance(axis, dt_s);
-  if (!scalar_within(proof->amplitude_nm, limits->most_nm)) {
-    proof->amplitude_nm = 0.0f;
-    proof->spoiled = true;
-  }
+  const float whole_nm = 2.0f * limits->answer_rad_s * motion_proof_impedance(axis, dt_s);
+  const bool possible = scalar_within(whole_nm, limits->most_nm);
+  proof->amplitude_nm = possible ? (1.0f - proof->spared) * whole_nm : 0.0f;
+  proof->spoiled = proof->spoiled || !possible;
 }
 
-static void end_window(motion_proof *proof, float answer_rad_s) {
-  const float sums_rad_s = 0.5f * (float)MOTION_PROOF_TICKS * answer_rad_s; /* 2 / N of them are the amplitude */
-  const float square =
-      proof->in_phase_rad_s * proof->in_phase_rad_s + proof->quadrature_rad_s * proof->quadrature_rad_s;
-  const bool silent = !proof->spoiled && square < sums_rad_s * sums_rad_s;
-  *proof = (motion_proof){.backwards = !proof->backwards, .silent = silent, .unanswered = silent && proof->silent};
+static void end_window(motion_proof *proof, float least_rad_s) {
+  const float answer_rad_s =
+      2.0f / (float)MOTION_PROOF_TICKS *
+      sqrtf(proof->in_phase_rad_s * proof->in_phase_rad_s + proof->quadrature_rad_s * proof->quadrature_rad_s);
+  const bool answered = answer_rad_s >= least_rad_s;
+  const bool silent = !proof->spoiled && !answered;
+  const float used = 1.0f - proof->spared;
+  const float needed = answered ? used * 2.0f * least_rad_s / answer_rad_s : 1.0f;
+  *proof = (motion_proof){.backwards = !proof->backwards,
+                          .silent = silent,
+                          .unanswered = silent && proof->silent,
+                          .spared = scalar_clamp(1.0f - needed, 0.0f, MOTION_PROOF_MOST_SPARED)};
 }
 
 void motion_proof_step(motion_proof *proof, const motion_proof_limits *limits, const motion_proof_axis *axis,

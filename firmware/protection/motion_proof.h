@@ -14,6 +14,9 @@
  * wo, Jo, Bo: bandwidth, inertia and viscous coefficient of the observer; F: gain of the filters at w; wp: gain of the
  * position loop.
  *
+ * Most axes answer more than that, so the next window takes as much torque as gave 2 r in this one, and the whole
+ * torque again after a window without an answer: a standing axis swings no more than it must.
+ *
  * With an axis that answers, no vibration of one frequency can cause the fault: what cancels the answer in one window
  * adds to it in the next. Noise of a density S (1/sqrt(Hz)) gives a and b a standard deviation of S / sqrt(N dt): dead
  * sensors are found if r is three times as much. Cost: about 25 instructions, 60 more at the start of a window. */
@@ -25,6 +28,8 @@
 /* 42 Hz at 1 ms: above what the loop holds best, and far from the mains. A quarter of a period is a whole number of
  * ticks. */
 enum { MOTION_PROOF_PERIOD_TICKS = 24, MOTION_PROOF_TICKS = 8 * MOTION_PROOF_PERIOD_TICKS };
+
+#define MOTION_PROOF_MOST_SPARED 0.8f
 
 /* What opposes the swing; none negative. Axis: as it surely is, not as the feedforward has it. */
 typedef struct {
@@ -44,6 +49,7 @@ typedef struct {
 typedef struct {
   int tick;             /* of this window */
   float amplitude_nm;   /* of its torque */
+  float spared;         /* share of the torque that a good answer has spared, 0 .. MOTION_PROOF_MOST_SPARED */
   bool backwards;       /* the sign of its torque */
   bool spoiled;         /* it counts for nothing */
   bool silent;          /* the last window had no answer */

@@ -146,7 +146,7 @@ def test_a_gains_file_has_the_same_names_for_servoctl_and_for_the_gate(gate: Gat
     assert {parameter.name for parameter in values} == set(tunable_names())
     saved = tmp_path / "saved.toml"
     write_gains(saved, values, {"node": 1})
-    verdict = gate.check(*FEW, "--limits", LIMITS, "--gains", saved)
+    verdict = gate.check(*ENOUGH, "--limits", LIMITS, "--gains", saved)
     assert verdict.code == 0, verdict.err + str(verdict.failures)
 
 

@@ -77,6 +77,20 @@ static void test_no_vibration_at_the_frequency_of_the_test_hides_an_answer(void)
   }
 }
 
+static void test_an_axis_that_answers_well_is_swung_less(void) {
+  const double whole_nm = 2.0 * (double)(limits.answer_rad_s * motion_proof_impedance(&azimuth, DT_S));
+  motion_proof proof = {0};
+  TEST_ASSERT_EQUAL(0, ticks_until(&proof, 2.5, 0.0, 0.0, 4 * MOTION_PROOF_TICKS));
+  step(&proof, 0.0);
+  CHECK_RELATIVE("torque, Nm", whole_nm / 2.5, proof.amplitude_nm, 0.01);
+  proof = (motion_proof){0};
+  TEST_ASSERT_EQUAL(0, ticks_until(&proof, 50.0, 0.0, 0.0, 10 * MOTION_PROOF_TICKS));
+  step(&proof, 0.0);
+  CHECK_RELATIVE("least torque, Nm", 0.2 * whole_nm, proof.amplitude_nm, 0.01);
+  (void)ticks_until(&proof, 0.0, 0.0, 0.0, MOTION_PROOF_TICKS);
+  CHECK_RELATIVE("torque after silence, Nm", whole_nm, proof.amplitude_nm, 0.01);
+}
+
 static void test_a_torque_that_could_not_act_proves_nothing(void) {
   motion_proof proof = {0};
   for (int i = 0; i < 20 * MOTION_PROOF_TICKS; ++i) {
@@ -157,6 +171,7 @@ int main(void) {
   RUN_TEST(test_half_of_the_least_answer_decides);
   RUN_TEST(test_sensors_that_die_are_found_within_three_windows);
   RUN_TEST(test_no_vibration_at_the_frequency_of_the_test_hides_an_answer);
+  RUN_TEST(test_an_axis_that_answers_well_is_swung_less);
   RUN_TEST(test_a_torque_that_could_not_act_proves_nothing);
   RUN_TEST(test_an_axis_that_would_need_too_much_torque_is_not_tested);
   RUN_TEST(test_the_torque_is_a_sine_that_turns_its_sign_from_window_to_window);
