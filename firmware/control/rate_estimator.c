@@ -20,6 +20,11 @@ float rate_estimator_step(rate_estimator_state *state, const rate_estimator_para
   state->newest = (state->newest + 1u) % RATE_ESTIMATOR_MAX_WINDOW;
   state->history[state->newest] = angle;
 
+  if (params->window_ticks == 2) { /* the usual one, in a third of the instructions */
+    const angle_turn32 last = state->history[(state->newest - 1u) % RATE_ESTIMATOR_MAX_WINDOW];
+    return (float)(int32_t)(angle - last) * ANGLE_RAD_PER_TURN32 / dt_s;
+  }
+
   /* Slope of a line through N points at ages 0 .. N-1 ticks: sum (age_mean - age) angle / sum (age - age_mean)^2. */
   const int n = params->window_ticks;
   float weight = 0.5f * (float)(n - 1);
@@ -31,6 +36,6 @@ float rate_estimator_step(rate_estimator_state *state, const rate_estimator_para
     weight -= 1.0f;
     weighted_turn32 += weight * (float)(int32_t)(state->history[place] - angle);
   }
-  const float spread = (float)(n * (n * n - 1)) / 12.0f;
-  return weighted_turn32 * ANGLE_RAD_PER_TURN32 / (spread * dt_s);
+  const float twelve_spreads = (float)(n * (n * n - 1));
+  return weighted_turn32 * (12.0f * ANGLE_RAD_PER_TURN32) / (twelve_spreads * dt_s);
 }

@@ -11,7 +11,7 @@
  *     d = exp(-2 w dt),   g dt = (1 - exp(-w dt))^2
  *
  * A jump does not overshoot and has 90 % after 3.9 / w; a ramp that is not announced lags by 2 / w. Source:
- * two-degree-of-freedom control with model following (Astrom & Murray, Feedback Systems, 8.5). Cost: 18 instructions.
+ * two-degree-of-freedom control with model following (Astrom & Murray, Feedback Systems, 8.5). Cost: 25 instructions.
  */
 #ifndef TRACKSERVO_CONTROL_SETPOINT_MODEL_H
 #define TRACKSERVO_CONTROL_SETPOINT_MODEL_H
