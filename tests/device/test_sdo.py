@@ -82,7 +82,7 @@ REFUSED = {
     "unknown object, written": (0x5FFF, 0, b"\0", 0x06020000),
     "unknown parameter, written": (0x20F0, 9, b"\0", 0x06020000),
     "unknown sub-index": (0x1018, 9, None, 0x06090011),
-    "unknown sub-index, written": (0x2000, 6, b"\0\0\0\0", 0x06090011),
+    "unknown sub-index, written": (0x2000, 7, b"\0\0\0\0", 0x06090011),
     "unknown sub-index of a variable": (0x1000, 1, None, 0x06090011),
     "1000h is constant": (0x1000, 0, b"\0\0\0\0", 0x06010002),
     "1018h:4 is read only": (0x1018, 4, b"\0\0\0\0", 0x06010002),

@@ -68,7 +68,7 @@ void test_parameters_are_read_by_index_and_written_with_before_and_value() {
     }
   }
   TEST_ASSERT_EQUAL(1, changed);
-  TEST_ASSERT_EQUAL(5 + 3 + 6 + 5 + 14 + 5 + 9, rows.size());
+  TEST_ASSERT_EQUAL(6 + 3 + 6 + 5 + 14 + 5 + 9, rows.size());
 }
 
 void test_wrong_parameters_are_named() {
