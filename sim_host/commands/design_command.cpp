@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <string>
 
 #include "commands/output_files.hpp"
 #include "gain_design/design_json.hpp"
@@ -28,6 +29,11 @@ void print_changes(const nlohmann::ordered_json& rows) {
   }
 }
 
+void print_rate_error(const std::string& of, const gain_design::RateError& error) {
+  fmt::print("{} {:.3g} deg/s rms: disturbance {:.3g}, encoder {:.3g}, gyro {:.3g}.\n", of, error.rad_s() * kDegPerRad,
+             error.disturbance_rad_s * kDegPerRad, error.encoder_rad_s * kDegPerRad, error.gyro_rad_s * kDegPerRad);
+}
+
 void print_prediction(const gain_design::GainDesign& design) {
   const auto print = [](const char *when, const gain_design::Margins& margins) {
     fmt::print("{:<12} gain margin {:.1f} dB, phase margin {:.0f} deg, crossover {:.3g} Hz\n", when,
@@ -37,11 +43,11 @@ void print_prediction(const gain_design::GainDesign& design) {
   print("Pre-sliding:", design.pre_sliding);
   fmt::print("Bandwidth {:.3g} Hz, with PI alone {:.3g} Hz; torque noise {:.2g} Nm rms.\n", design.bandwidth_hz,
              design.speed_loop_bandwidth_hz, design.torque_noise_nm);
-  if (design.rate_error) {
-    const gain_design::RateError& error = *design.rate_error;
-    fmt::print("Rate error {:.3g} deg/s rms: disturbance {:.3g}, encoder {:.3g}, gyro {:.3g}.\n",
-               error.rad_s() * kDegPerRad, error.disturbance_rad_s * kDegPerRad, error.encoder_rad_s * kDegPerRad,
-               error.gyro_rad_s * kDegPerRad);
+  if (design.rate_error && design.bound) {
+    print_rate_error("Rate error", *design.rate_error);
+    print_rate_error(fmt::format("Best linear controller with this feedback and a sensitivity of {:.2f}:",
+                                 design.bound->sensitivity),
+                     design.bound->error);
   }
 }
 

@@ -23,6 +23,15 @@ double encoder_noise_rad(const EncoderConfig& encoder) {
                    encoder.reads_per_tick);
 }
 
+// Both corners as one, in their middle.
+std::optional<gain_design::Disturbance> wind_of(const LoadConfig& load) {
+  if (load.wind_gust_rms_nm <= 0.0) {
+    return std::nullopt;
+  }
+  return gain_design::Disturbance{load.wind_gust_rms_nm,
+                                  std::sqrt(load.wind_turbulence_corner_hz * load.wind_admittance_corner_hz)};
+}
+
 }  // namespace
 
 gain_design::IdentifiedPlant true_plant(const PlantConfig& plant, int axis) {
@@ -41,6 +50,7 @@ gain_design::IdentifiedPlant true_plant(const PlantConfig& plant, int axis) {
                    encoder_noise_rad(a.encoder)};
   known.gyro = {a.gyro.latency_s, a.gyro.bandwidth_hz, a.gyro.noise_density_rad_s_rthz * std::sqrt(0.5 / kTick_s),
                 is_below_joint(a.gyro.mounting, axis), a.structure && a.structure->optics == StructureSide::kPayload};
+  known.disturbance = wind_of(a.load);
   return known;
 }
 

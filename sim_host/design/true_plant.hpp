@@ -8,7 +8,8 @@
 
 namespace trackservo::sim {
 
-// Returns the axis at pitch 0, with friction levels without eccentricity and the sensors' noise per tick.
+// Returns the axis at pitch 0, with friction levels without eccentricity, the sensors' noise per tick, and the gusts of
+// the wind as the disturbance.
 gain_design::IdentifiedPlant true_plant(const PlantConfig& plant, int axis);
 
 }  // namespace trackservo::sim

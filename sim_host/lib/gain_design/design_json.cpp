@@ -19,18 +19,27 @@ Json margins_json(const Margins& margins) {
           {"crossover_hz", margins.crossover_hz}};
 }
 
+void add_rate_error(Json& json, const RateError& error) {
+  json["rate_error_rad_s"] = error.rad_s();
+  json["rate_error_by_disturbance_rad_s"] = error.disturbance_rad_s;
+  json["rate_error_by_encoder_rad_s"] = error.encoder_rad_s;
+  json["rate_error_by_gyro_rad_s"] = error.gyro_rad_s;
+}
+
 Json predicted_json(const GainDesign& design) {
   Json json = margins_json(design.sliding);
   json["bandwidth_hz"] = design.bandwidth_hz;
   json["speed_loop_bandwidth_hz"] = design.speed_loop_bandwidth_hz;
   json["torque_noise_nm"] = design.torque_noise_nm;
   if (design.rate_error) {
-    json["rate_error_rad_s"] = design.rate_error->rad_s();
-    json["rate_error_by_disturbance_rad_s"] = design.rate_error->disturbance_rad_s;
-    json["rate_error_by_encoder_rad_s"] = design.rate_error->encoder_rad_s;
-    json["rate_error_by_gyro_rad_s"] = design.rate_error->gyro_rad_s;
+    add_rate_error(json, *design.rate_error);
   }
   json["pre_sliding"] = margins_json(design.pre_sliding);
+  if (design.bound) {
+    Json& bound = json["best_linear_controller"];
+    add_rate_error(bound, design.bound->error);
+    bound["sensitivity"] = design.bound->sensitivity;
+  }
   return json;
 }
 

@@ -145,6 +145,7 @@ void predict(const SpeedLoopDemand& demand, GainDesign& design) {
   design.bandwidth_hz = closed_loop_bandwidth_hz(sliding, loop);
   if (demand.disturbance) {
     design.rate_error = rate_error(sliding, loop, *demand.disturbance, demand.noise);
+    design.bound = rate_error_bound(sliding, loop, *demand.disturbance, demand.noise);
   }
   design.torque_noise_nm = 0.0;
   for (const LinearMachine& machine : demand.machines) {

@@ -22,6 +22,7 @@
 
 #include "gain_design/identified_plant.hpp"
 #include "gain_design/margins.hpp"
+#include "gain_design/rate_error_bound.hpp"
 
 namespace trackservo::gain_design {
 
@@ -49,6 +50,7 @@ struct GainDesign {
   double bandwidth_hz = 0.0;             // of the whole speed loop, observer included, with set-point weight 1
   double torque_noise_nm = 0.0;          // rms, from the sensors, the larger one of sliding and standstill
   std::optional<RateError> rate_error;   // sliding; if the disturbance is known
+  std::optional<RateErrorBound> bound;   // of any linear controller with no higher a sensitivity; likewise
   FrequencyResponse loop_gain;           // sliding
   std::vector<std::string> notes;        // what was lowered, chosen or omitted, and why
 };

@@ -29,7 +29,18 @@ struct RateError {
   double rad_s() const;  // of all
 };
 
-// Returns the rate error from 0.01 Hz up to half the tick's rate.
+// The part of the rate error around one frequency.
+struct RateErrorLine {
+  double frequency_hz = 0.0;
+  std::complex<double> loop_gain;
+  RateError error;
+};
+
+// Returns the parts from 0.01 Hz up to half the tick's rate.
+std::vector<RateErrorLine> rate_error_spectrum(const LinearMachine& machine, const speed_loop_params& params,
+                                               const Disturbance& disturbance, const SensorNoise& noise);
+
+// Returns their sum.
 RateError rate_error(const LinearMachine& machine, const speed_loop_params& params, const Disturbance& disturbance,
                      const SensorNoise& noise);
 
