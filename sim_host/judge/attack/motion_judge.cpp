@@ -47,7 +47,8 @@ bool master_lets_turn(const DrivenNode& node, int axis) {
 }
 
 // The motor acts against the motion, with all the torque that the master permits (6072, 60E0, 60E1), which is less than
-// the motor has. So what turns the axis comes from outside, and the drive takes energy from it.
+// the motor has. So what turns the axis comes from outside, and the drive takes energy from it. Below the rate at which
+// an axis turns this is told only of one that may use no torque at all.
 bool brakes_as_permitted(const DrivenNode& node, int axis, double rate_rad_s) {
   const servo_board& board = node.node().board;
   const servo_axis_command& command = board.command.axis[axis];
@@ -60,6 +61,9 @@ bool brakes_as_permitted(const DrivenNode& node, int axis, double rate_rad_s) {
       static_cast<double>(rate_rad_s > 0.0 ? -command.limits.minimum_nm : command.limits.maximum_nm);
   const auto motor_nm = static_cast<double>(params.current_limit_a * params.torque_constant_nm_a);
   const double against_nm = rate_rad_s > 0.0 ? -commanded_nm : commanded_nm;
+  if (std::abs(rate_rad_s) <= (permitted_nm < kEqual_nm ? kCameToRest_rad_s : kTurning_rad_s)) {
+    return false;
+  }
   return permitted_nm < motor_nm - kEqual_nm && against_nm > permitted_nm - kEqual_nm;
 }
 
@@ -208,7 +212,7 @@ void MotionJudge::look_at_standstill(int axis, const DrivenNode& node, double ra
   }
   still.closed = closed;
   const bool turns = std::abs(rate_rad_s) > kTurning_rad_s;
-  if (turns && brakes_as_permitted(node, axis, rate_rad_s)) {
+  if (brakes_as_permitted(node, axis, rate_rad_s)) {
     still.ticks = 0;  // what turns it from outside lets it turn until it may brake with all its torque
   } else if (still.ticks * kTick_s > kStopTime_s && turns) {
     still.turning_ticks++;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The judge sees what it must see: contacts with end stops and axes that run away.
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <cstdio>
 
@@ -64,14 +65,18 @@ void test_an_axis_that_turns_on_without_a_command_runs_away() {
 
 constexpr int kStill = 3100;  // ticks until standstill is demanded
 
-// Azimuth enabled in csv at set-point 0; then it gets a torque limit in thousandths, and a push of some ticks.
-sim::AxisHarm harm_while_enabled(int limit, double push_nm, int push_ticks) {
+// Azimuth enabled in csv at set-point 0; then it gets a torque limit in thousandths, and a push of some ticks, and may
+// lose its power some ticks later.
+sim::AxisHarm harm_while_enabled(int limit, double push_nm, int push_ticks, int powered_ticks = INT_MAX) {
   sim::DrivenNode node(setup(), 1, {0.0, 0.0});
   sim::MotionJudge judge(setup());
   node.enable(DRIVE_CYCLIC_VELOCITY);
-  for (int i = 0; i < kStill + 300; ++i) {
+  for (int i = 0; i < kStill + 500; ++i) {
     if (i == kStill) {
       node.write(sim::kAzimuth, 0x6072, 0, limit);
+    }
+    if (i - kStill == powered_ticks) {
+      node.write(sim::kAzimuth, 0x6040, 0, 0);
     }
     const bool pushed = i > kStill && i <= kStill + push_ticks;
     node.machine().broken().axis[sim::kAzimuth].push_nm = pushed ? push_nm : 0.0;
@@ -87,6 +92,13 @@ sim::AxisHarm harm_while_enabled(int limit, double push_nm, int push_ticks) {
 
 void test_wind_may_turn_an_axis_that_may_not_use_its_torque() {
   const sim::AxisHarm harm = harm_while_enabled(0, 25.0, 150);
+  TEST_ASSERT_TRUE(harm.max_rate_rad_s > 2.0 * sim::kTurning_rad_s);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, harm.runaway);
+}
+
+// The master cuts its power while it turns slower than 0.1 rad/s.
+void test_wind_may_turn_such_an_axis_without_power_too() {
+  const sim::AxisHarm harm = harm_while_enabled(0, 25.0, 400, 20);
   TEST_ASSERT_TRUE(harm.max_rate_rad_s > 2.0 * sim::kTurning_rad_s);
   TEST_ASSERT_EQUAL(sim::Runaway::kNone, harm.runaway);
 }
@@ -331,6 +343,7 @@ int main() {
   RUN_TEST(test_an_axis_beyond_its_speed_limit_runs_away);
   RUN_TEST(test_an_axis_that_turns_on_without_a_command_runs_away);
   RUN_TEST(test_wind_may_turn_an_axis_that_may_not_use_its_torque);
+  RUN_TEST(test_wind_may_turn_such_an_axis_without_power_too);
   RUN_TEST(test_an_axis_that_is_pushed_harder_than_its_motor_runs_away);
   RUN_TEST(test_a_stop_in_the_tick_after_a_set_point_may_take_its_time);
   RUN_TEST(test_an_axis_that_swings_runs_away);
