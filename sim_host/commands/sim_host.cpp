@@ -126,7 +126,7 @@ constexpr int kNotControlled = 1;
 
 // kNotControlled when an axis did not follow its command.
 int run(const RunOptions& options) {
-  const sim::Study study = study_of(options);
+  sim::Study study = study_of(options);
   if (options.improved_loop && study.scenario.kind != sim::ScenarioKind::kTracking) {
     throw std::invalid_argument(
         fmt::format("--improved-loop: {} is not a tracking scenario; omit the option", options.scenario.string()));
@@ -138,6 +138,10 @@ int run(const RunOptions& options) {
   choice.friction = study.plant.friction_model;
   choice.seed = options.seed;
   choice.friction_parameter_error = options.friction_parameter_error;
+  if (choice.controller->least_error) {
+    study.least_error = sim::design_axes(study.plant, *choice.controller,
+                                         sim::design_options(study, options.seed, options.friction_parameter_error));
+  }
   sim::checked_design(study, *choice.controller,
                       sim::design_options(study, options.seed, options.friction_parameter_error));
   if (options.controller == "pi_best") {

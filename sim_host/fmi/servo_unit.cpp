@@ -21,7 +21,8 @@ class ServoUnit : public Unit {
   explicit ServoUnit(std::filesystem::path resources) : resources_(std::move(resources)) {
     choice_.add_to(variables_);
     variables_.push_back({"controller", Causality::kParameter, "",
-                          "One of those of `sim_host run`: pi, pi_vob, pi_ftc, pi_vob_ftc, pi_coulomb", &controller_});
+                          "One of those of `sim_host run`: pi, pi_vob, pi_ftc, pi_vob_ftc, pi_coulomb, least_error",
+                          &controller_});
     variables_.push_back({"friction_parameter_error", Causality::kParameter, "",
                           "Share by which each friction parameter that the controller knows is off", &friction_error_});
     for (std::size_t i = 0; i < sim::kAxes; ++i) {
@@ -78,7 +79,7 @@ class ServoUnit : public Unit {
     if (controller_ == "pi_best") {
       throw std::invalid_argument(
           "controller: pi_best belongs to one scenario of 'sim_host run'; expected pi, pi_vob, "
-          "pi_ftc, pi_vob_ftc or pi_coulomb.");
+          "pi_ftc, pi_vob_ftc, pi_coulomb or least_error.");
     }
     return sim::controller_spec(controller_);
   }

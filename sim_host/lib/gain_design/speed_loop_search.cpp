@@ -40,8 +40,8 @@ struct Bounds {
 };
 
 // What the search may choose, by coordinate. Below a damping of 0.4 a step of the set-point overshoots by more than
-// half; below a crossover of 5 Hz the encoder takes the sway of a mast at 1 to 2 Hz for motion of the joint.
-constexpr Bounds kBounds[kCoordinates] = {{0.4, 2.0}, {0.25, 8.0}, {5.0 / kHzPerRad_s, 50.0 / kHzPerRad_s}, {0.1, 1.0}};
+// half. A crossover below 8 Hz lets more of a mast's sway through than it saves in noise of the gyro.
+constexpr Bounds kBounds[kCoordinates] = {{0.4, 2.0}, {0.25, 8.0}, {8.0 / kHzPerRad_s, 50.0 / kHzPerRad_s}, {0.1, 1.0}};
 
 bool is_within_bounds(int coordinate, const Point& x) {
   constexpr double kRounding = 1e-9;

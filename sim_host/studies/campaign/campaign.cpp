@@ -21,6 +21,7 @@ namespace {
 // Relative cost of jobs, in units of about 5.5 ms of one core; used only for the estimate of the time left.
 constexpr int kIdentificationCost = 2200;
 constexpr int kEvaluationCost = 17;  // of a search for the best PI
+constexpr int kLeastErrorCost = 1000;
 constexpr int kMarginCost = 18;
 
 int run_cost(const Study& study) {
@@ -158,6 +159,17 @@ void search_best_pis(Campaign& campaign, const std::vector<Study>& studies, JobP
       search_cost(effort));
 }
 
+void search_least_errors(std::vector<Study>& studies, JobPool& pool) {
+  pool.run(
+      studies.size(),
+      [&](std::size_t i) {
+        studies[i].least_error =
+            design_axes(studies[i].plant, controller_spec("least_error"), design_options(studies[i]));
+        return "least rate error for " + study_name(studies[i]);
+      },
+      kLeastErrorCost);
+}
+
 int variation_cost(const CampaignOptions& options) { return 16 * static_cast<int>(options.seeds.size()); }
 
 void run_sensitivity(Campaign& campaign, const std::vector<SensitivityJob>& jobs, const std::vector<Study>& studies,
@@ -191,7 +203,7 @@ void run_margins(Campaign& campaign, const std::vector<Study>& studies, JobPool&
 int cost_of(const Campaign& campaign, const std::vector<Study>& studies, std::size_t variations) {
   const auto times = [](std::size_t count, int cost) { return static_cast<int>(count) * cost; };
   const int fixed = times(kAxes * campaign.plants.size(), kIdentificationCost) +
-                    times(studies.size(), search_cost(effort_of(campaign.options))) +
+                    times(studies.size(), search_cost(effort_of(campaign.options)) + kLeastErrorCost) +
                     times(variations, variation_cost(campaign.options)) +
                     times(margin_jobs_of(campaign.plants, studies, campaign.best_pi).size(), kMarginCost);
   return std::accumulate(studies.begin(), studies.end(), fixed, [&](int sum, const Study& study) {
@@ -222,6 +234,7 @@ Campaign run_campaign(const CampaignOptions& options, const Progress& progress) 
     study.identified = assumed_plant_of(study.plant, campaign.identified);
   }
   search_best_pis(campaign, studies, pool);
+  search_least_errors(studies, pool);
   Runner runner(campaign);
   for (const Study& study : studies) {
     const std::vector<RunSpec> runs = runs_of(study, options.seeds.size());

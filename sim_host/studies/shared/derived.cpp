@@ -42,7 +42,7 @@ std::optional<Cell> reduction(const std::vector<Cell>& cells, const Cell& cell) 
 // Friction feedforward on a machine without friction is no fair reference: the friction-free run is that of the same
 // loop without it.
 std::string without_feedforward(const std::string& controller) {
-  if (controller == "pi_vob_ftc") {
+  if (controller == "pi_vob_ftc" || controller == "least_error") {  // the same, where no wind is known
     return "pi_vob";
   }
   return controller == "pi_ftc" || controller == "pi_coulomb" ? "pi" : controller;

@@ -18,7 +18,7 @@ struct Goal {
 };
 
 // Returns the goal of a cell, if there is one. Goals are set for the azimuth axis on LuGre friction: calibration bands
-// for "pi", results for "pi_vob_ftc".
+// for "pi", results for the others.
 std::optional<Goal> goal_of(const Cell& cell, const Experiment& experiment);
 
 // Returns whether PI alone reproduces the value printed in the paper: within the calibration band, also where that is

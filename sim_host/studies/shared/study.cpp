@@ -70,7 +70,7 @@ std::vector<StudyCase> cases_of(const Study& study) {
 }
 
 DesignOptions design_options(const Study& study, std::uint64_t seed, double friction_parameter_error) {
-  return {seed, friction_parameter_error, study.tracker, study.identified};
+  return {seed, friction_parameter_error, study.tracker, study.identified, study.least_error};
 }
 
 Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice& choice) {
@@ -79,7 +79,7 @@ Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice&
   const DesignOptions options = design_options(study, choice.seed, choice.friction_parameter_error);
   servo_params params = design_controller(plant, *choice.controller, options);
   if (study.scenario.kind == ScenarioKind::kTracking) {
-    std::array<axis_parameters, kAxes> parameters = design_axes(plant, *choice.controller, options);
+    AxesParameters parameters = design_axes(plant, *choice.controller, options);
     for (int axis = 0; axis < kAxes && choice.pi; ++axis) {
       set_pi(parameters[static_cast<std::size_t>(axis)], *choice.pi);
     }

@@ -24,9 +24,10 @@ struct Study {
   PlantConfig plant;
   ScenarioConfig scenario;
   tracker_kind tracker = TRACKER_PI;
-  std::string figure;                      // the paper's figure that it reproduces: "fig7" ...; empty for none
-  std::vector<FrictionModel> frictions;    // of the plant, on which a campaign runs it; friction-free is the floor
-  std::optional<AssumedPlant> identified;  // basis of its controllers; none: friction parameters wrong by a share
+  std::string figure;                         // the paper's figure that it reproduces: "fig7" ...; empty for none
+  std::vector<FrictionModel> frictions;       // of the plant, on which a campaign runs it; friction-free is the floor
+  std::optional<AssumedPlant> identified;     // basis of its controllers; none: friction parameters wrong by a share
+  std::optional<AxesParameters> least_error;  // the controller of this name, if it was designed already
 };
 
 // Returns "steady_speed on tracker" and the like; distinguishes the two tracking loops.

@@ -3,5 +3,7 @@
 
 BASELINE = "pi"
 COMPENSATED = "pi_vob_ftc"
-INGREDIENTS = ["pi", "pi_vob", "pi_ftc", "pi_vob_ftc", "pi_coulomb", "pi_best"]
+DESIGNED = "least_error"
+"""The compensated one with gains that the machine allows, where the others have the loop of 30 Hz."""
+INGREDIENTS = ["pi", "pi_vob", "pi_ftc", "pi_vob_ftc", "pi_coulomb", "pi_best", "least_error"]
 """Order of the controllers in tables and charts."""

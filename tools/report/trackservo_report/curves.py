@@ -20,7 +20,7 @@ DEGREES = 180.0 / np.pi
 MICRORADIANS = 1e6
 STEPS = ["pi", "pi_vob", "pi_vob_ftc"]
 """The order of comparison in the paper's Fig. 11."""
-EXTRAS = ["pi_vob", "pi_ftc", "pi_coulomb", "pi_best"]
+EXTRAS = ["pi_vob", "pi_ftc", "pi_coulomb", "pi_best", "least_error"]
 """Curves that are there but off until the reader clicks their legend entry."""
 
 

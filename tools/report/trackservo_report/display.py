@@ -15,6 +15,7 @@ CONTROLLER_TITLES = {
     "pi_vob_ftc": "PI + VOB + FTC",
     "pi_coulomb": "PI + Coulomb FF",
     "pi_best": "best PI",
+    "least_error": "least error",
 }
 """Short names in the paper's words: VOB is the velocity disturbance observer, FTC the friction compensation."""
 
@@ -25,6 +26,7 @@ CONTROLLER_COLOURS = {
     "pi_vob_ftc": "#0e9f7b",
     "pi_coulomb": "#9a6bd0",
     "pi_best": "#d4587f",
+    "least_error": "#8a9a1f",
 }
 """One colour per controller in every figure; each stands out on a light and on a dark page."""
 

@@ -73,10 +73,11 @@ def results_table(results: Results) -> str:
             line.paper_after.text,
             _judged(line.before),
             _judged(line.after),
+            _judged(line.designed),
         ]
         for line in result_lines(gather(results.rows))
     ]
-    return _table(["experiment", "paper: PI", "paper: compensated", "ours: PI", "ours: PI + VOB + FTC"], rows)
+    return _table(["experiment", "paper: PI", "paper: compensated", "ours: PI", "ours: PI + VOB + FTC", "ours: least error"], rows)
 
 
 def requirements_table(results: Results) -> str | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from .bode import GAIN_MARGIN_GOAL_DB, PHASE_MARGIN_GOAL_DEG
 from .comparison import Comparison, badness, floor_of, headline, paper_mark
-from .controllers import BASELINE, COMPENSATED, INGREDIENTS
+from .controllers import BASELINE, COMPENSATED, DESIGNED, INGREDIENTS
 from .display import (
     CONDITION_TITLES,
     FRICTION_TITLES,
@@ -30,6 +30,8 @@ from .experiments import experiment_title, experiments, study_title
 from .load import Margin, Results, Row, Varied
 from .verdict import Duel
 
+COLUMNS = [BASELINE, COMPENSATED, DESIGNED]
+"""Ours in the result table."""
 SHARED = ["pi_vob", "pi_ftc", "pi_vob_ftc"]
 """The ingredients that are compared with PI: each alone, then both."""
 LARGEST_PERCENTAGE = 1000.0
@@ -62,6 +64,7 @@ class ResultLine:
     paper_after: Cell
     before: Cell
     after: Cell
+    designed: Cell
     gain: str
 
 
@@ -93,20 +96,22 @@ def _belongs(item: Comparison) -> bool:
 
 
 def result_lines(items: list[Comparison]) -> list[ResultLine]:
-    """The result table; a controller other than the two columns gets a line of its own when it has a goal."""
+    """The result table; a controller other than the three columns gets a line of its own when it has a goal."""
     lines = []
     for item in items:
         if not _belongs(item):
             continue
-        before, after = cell_of(item.rows.get(BASELINE)), cell_of(item.rows.get(COMPENSATED))
-        lines.append(_line(item, before, after, _where(item), floor_of(item, items)))
+        columns = [cell_of(item.rows.get(name)) for name in COLUMNS]
+        lines.append(_line(item, columns, _where(item), floor_of(item, items)))
         for name in item.controllers():
-            if name not in (BASELINE, COMPENSATED) and item.rows[name].met is not None:
-                lines.append(_line(item, Cell(), cell_of(item.rows[name]), [*_where(item), controller_title(name)]))
+            if name not in COLUMNS and item.rows[name].met is not None:
+                alone = [Cell(), cell_of(item.rows[name]), Cell()]
+                lines.append(_line(item, alone, [*_where(item), controller_title(name)]))
     return lines
 
 
-def _line(item: Comparison, before: Cell, after: Cell, notes: list[str], floor: float | None = None) -> ResultLine:
+def _line(item: Comparison, columns: list[Cell], notes: list[str], floor: float | None = None) -> ResultLine:
+    before, after, designed = columns
     return ResultLine(
         experiment=experiment_title(item.experiment),
         case=case_title(item.case),
@@ -118,6 +123,7 @@ def _line(item: Comparison, before: Cell, after: Cell, notes: list[str], floor: 
         paper_after=_paper_cell(item.paper(True)),
         before=before,
         after=after,
+        designed=designed,
         gain="" if item.metric in HIGHER_IS_BETTER else gain(before.value, after.value),
     )
 

@@ -98,9 +98,9 @@ def _table(lines: list[ResultLine]) -> Table:
     table.add_column("unit", no_wrap=True)
     for heading in ("paper\nPI", "paper\ncomp."):
         table.add_column(heading, justify="right", no_wrap=True, style="dim")
-    for heading in ("ours\nPI", "ours\nPI+VOB+FTC"):
+    for heading in ("ours\nPI", "ours\nPI+VOB+FTC", "ours, least\nerror"):
         table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("goals: PI; compensated")
+    table.add_column("goals")
     previous = ""
     for line in lines:
         if line.experiment != previous:
@@ -108,7 +108,7 @@ def _table(lines: list[ResultLine]) -> Table:
             previous = line.experiment
         table.add_row(
             _label(line), line.unit, line.paper_before.text, line.paper_after.text, _marked(line.before),
-            _marked(line.after), _goals(line),
+            _marked(line.after), _marked(line.designed), _goals(line),
         )  # fmt: skip
     return table
 
@@ -127,5 +127,5 @@ def _marked(cell: Cell) -> Text:
 
 
 def _goals(line: ResultLine) -> str:
-    goals = "; ".join(goal for goal in (line.before.goal, line.after.goal) if goal)
+    goals = "; ".join(goal for goal in (line.before.goal, line.after.goal, line.designed.goal) if goal)
     return f"{goals}\n({line.floor})" if line.floor else goals
